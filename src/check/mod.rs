@@ -1,0 +1,1 @@
+//! Names and types: all problems of a domain, not the first.

@@ -1,0 +1,1 @@
+//! Problems to text: the only user of `miette`.

@@ -1,0 +1,1 @@
+//! The nearest right name, for "did you mean".

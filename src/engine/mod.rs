@@ -1,0 +1,1 @@
+//! The HTN search; asks a reasoner, never sees a coordinate.

@@ -1,0 +1,1 @@
+//! Contact, distance and rays between convex shapes: the only user of `parry`.

@@ -1,0 +1,1 @@
+//! Numeric inverse kinematics within joint limits.

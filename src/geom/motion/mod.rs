@@ -1,0 +1,1 @@
+//! Paths and trajectories in a joint space.

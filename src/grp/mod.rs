@@ -1,0 +1,1 @@
+//! The geometric reasoner and planner.

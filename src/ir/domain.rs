@@ -1,0 +1,475 @@
+//! The compiled domain: flat tables indexed by ids.
+//!
+//! INVARIANT: every id in a `Domain` indexes the table it names; every [`Var`] lies inside its task's frame;
+//! `check` has passed, so evaluation never meets a type error.
+
+use std::sync::Arc;
+
+macro_rules! id {
+    ($($(#[$doc:meta])* $name:ident),*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+        impl $name {
+            /// Returns the id as an index of its table.
+            pub fn index(self) -> usize { self.0 as usize }
+        }
+    )*};
+}
+id!(
+    /// Indexes [`Domain::types`].
+    TypeId,
+    /// Indexes [`Domain::entities`].
+    EntityId,
+    /// Indexes [`Domain::attributes`].
+    AttributeId,
+    /// Indexes [`Domain::slots`], [`Domain::initial`] and a state's values: one attribute of one entity.
+    SlotId,
+    /// Indexes [`Domain::strings`].
+    StringId,
+    /// Indexes [`Domain::actions`].
+    ActionId,
+    /// Indexes [`Domain::methods`].
+    MethodId,
+    /// Indexes a task instance's frame: parameters first, then SELECT and `let` variables, then quantified ones.
+    Var
+);
+
+/// A set of entities as bits: bit `i` is `EntityId(i)`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct EntitySet(Vec<u64>);
+
+impl EntitySet {
+    /// Says whether `e` is in the set.
+    pub fn contains(&self, e: EntityId) -> bool {
+        self.0
+            .get(e.index() / 64)
+            .is_some_and(|w| w >> (e.index() % 64) & 1 == 1)
+    }
+
+    /// Adds `e`.
+    pub fn insert(&mut self, e: EntityId) {
+        let word = e.index() / 64;
+        if self.0.len() <= word {
+            self.0.resize(word + 1, 0);
+        }
+        self.0[word] |= 1 << (e.index() % 64);
+    }
+
+    /// Removes `e`.
+    pub fn remove(&mut self, e: EntityId) {
+        if let Some(w) = self.0.get_mut(e.index() / 64) {
+            *w &= !(1 << (e.index() % 64));
+        }
+        // INVARIANT: no trailing zero words, so that equal sets are equal values.
+        while self.0.last() == Some(&0) {
+            self.0.pop();
+        }
+    }
+
+    /// Returns the number of members.
+    pub fn len(&self) -> usize {
+        self.0.iter().map(|w| w.count_ones() as usize).sum()
+    }
+
+    /// Says whether there is no member.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(|w| *w == 0)
+    }
+
+    /// Returns the members in declaration order.
+    pub fn iter(&self) -> impl Iterator<Item = EntityId> + '_ {
+        self.0.iter().enumerate().flat_map(|(i, w)| {
+            let w = *w;
+            (0..64)
+                .filter(move |b| w >> b & 1 == 1)
+                .map(move |b| EntityId((i * 64 + b) as u32))
+        })
+    }
+}
+
+impl FromIterator<EntityId> for EntitySet {
+    fn from_iter<I: IntoIterator<Item = EntityId>>(iter: I) -> Self {
+        let mut set = EntitySet::default();
+        for e in iter {
+            set.insert(e);
+        }
+        set
+    }
+}
+
+/// A value of an attribute or a variable.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Value {
+    /// Unset.
+    #[default]
+    Null,
+    Bool(bool),
+    Number(f64),
+    String(StringId),
+    Entity(EntityId),
+    Set(Arc<EntitySet>),
+}
+
+/// What an attribute or variable may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Base {
+    Number,
+    Bool,
+    String,
+    Entity(TypeId),
+}
+
+/// A declared type of entities; `Agent` is always there.
+#[derive(Debug, Clone)]
+pub struct Type {
+    pub name: String,
+    /// The supertype, if declared with one.
+    pub parent: Option<TypeId>,
+    /// Entities of this type or of a subtype, in declaration order.
+    pub entities: Vec<EntityId>,
+}
+
+/// A declared entity.
+#[derive(Debug, Clone)]
+pub struct Entity {
+    pub name: String,
+    pub ty: TypeId,
+}
+
+/// An attribute of a type.
+#[derive(Debug, Clone)]
+pub struct Attribute {
+    pub name: String,
+    pub owner: TypeId,
+    pub is_static: bool,
+    pub is_set: bool,
+    pub base: Base,
+    /// The geometric fact it is read from (`isReachable` ...): then it is a *shared* attribute (thesis 4.3.3).
+    pub fact: Option<String>,
+    /// The slot of each entity, by [`EntityId`]; `None` where the entity's type lacks the attribute.
+    pub slots: Vec<Option<SlotId>>,
+}
+
+/// One attribute of one entity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot {
+    pub entity: EntityId,
+    pub attribute: AttributeId,
+}
+
+/// The compiled domain with its entities and initial state.
+#[derive(Debug, Clone, Default)]
+pub struct Domain {
+    pub types: Vec<Type>,
+    pub entities: Vec<Entity>,
+    pub attributes: Vec<Attribute>,
+    pub slots: Vec<Slot>,
+    /// Value of each slot at the start, by [`SlotId`]; set attributes start as an empty set, the others as `Null`.
+    pub initial: Vec<Value>,
+    /// Interned string constants.
+    pub strings: Vec<String>,
+    pub actions: Vec<Action>,
+    pub methods: Vec<Method>,
+}
+
+impl Domain {
+    /// Returns the entity of that name.
+    pub fn entity(&self, name: &str) -> Option<EntityId> {
+        self.entities
+            .iter()
+            .position(|e| e.name == name)
+            .map(|i| EntityId(i as u32))
+    }
+
+    /// Says whether `sub` is `ty` or one of its subtypes.
+    pub fn is_subtype(&self, sub: TypeId, ty: TypeId) -> bool {
+        let mut at = Some(sub);
+        while let Some(t) = at {
+            if t == ty {
+                return true;
+            }
+            at = self.types[t.index()].parent;
+        }
+        false
+    }
+
+    /// Returns the task's name.
+    pub fn task_name(&self, task: TaskId) -> &str {
+        match task {
+            TaskId::Action(a) => &self.actions[a.index()].name,
+            TaskId::Method(m) => &self.methods[m.index()].name,
+        }
+    }
+
+    /// Returns the task's parameters.
+    pub fn task_params(&self, task: TaskId) -> &[Param] {
+        match task {
+            TaskId::Action(a) => &self.actions[a.index()].params,
+            TaskId::Method(m) => &self.methods[m.index()].params,
+        }
+    }
+
+    /// Returns the task of that name.
+    pub fn task(&self, name: &str) -> Option<TaskId> {
+        let action = self
+            .actions
+            .iter()
+            .position(|a| a.name == name)
+            .map(|i| TaskId::Action(ActionId(i as u32)));
+        action.or_else(|| {
+            self.methods
+                .iter()
+                .position(|m| m.name == name)
+                .map(|i| TaskId::Method(MethodId(i as u32)))
+        })
+    }
+
+    /// Returns the value as the language writes it: `NULL`, `3`, `"red"`, `CUP`, `[CUP, BOX]`.
+    pub fn show(&self, value: &Value) -> String {
+        match value {
+            Value::Null => "NULL".into(),
+            Value::Bool(b) => b.to_string(),
+            Value::Number(x) => x.to_string(),
+            Value::String(s) => format!("{:?}", self.strings[s.index()]),
+            Value::Entity(e) => self.entities[e.index()].name.clone(),
+            Value::Set(s) => {
+                let names: Vec<&str> = s.iter().map(|e| self.entities[e.index()].name.as_str()).collect();
+                format!("[{}]", names.join(", "))
+            }
+        }
+    }
+}
+
+/// A parameter of a task; its [`Var`] is its position.
+#[derive(Debug, Clone)]
+pub struct Param {
+    pub name: String,
+    pub base: Base,
+    pub is_set: bool,
+}
+
+/// An action or a method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum TaskId {
+    Action(ActionId),
+    Method(MethodId),
+}
+
+/// An operator (thesis 4.3.3: pre-conditions, geometric action, effects).
+#[derive(Debug, Clone)]
+pub struct Action {
+    pub name: String,
+    pub params: Vec<Param>,
+    /// Frame size: parameters and quantified variables.
+    pub n_vars: usize,
+    pub preconditions: Test,
+    /// The geometric action it projects onto; `None` is purely symbolic.
+    pub projects: Option<Projection>,
+    /// Branching factor of this action, if it sets its own.
+    pub alternatives: Option<u32>,
+    pub effects: Vec<Effect>,
+    /// A number >= 0 (checked when evaluated).
+    pub cost: Expr,
+    /// (least, most) in seconds.
+    pub duration: (Expr, Expr),
+    /// Positions of the parameters of type Agent; the first parameter acts, the others take part.
+    pub agents: Vec<usize>,
+}
+
+/// A call of a geometric action: `placeReachable(A, O, S, AT)`.
+#[derive(Debug, Clone)]
+pub struct Projection {
+    pub name: String,
+    pub args: Vec<Expr>,
+}
+
+/// A compound task.
+#[derive(Debug, Clone)]
+pub struct Method {
+    pub name: String,
+    pub params: Vec<Param>,
+    /// Nothing is to be done when it holds; `None` when there is no goal block.
+    pub goal: Option<Test>,
+    pub decompositions: Vec<Decomposition>,
+    /// Frame size: parameters, the widest decomposition's variables, quantified ones.
+    pub n_vars: usize,
+}
+
+/// One way to do a method.
+#[derive(Debug, Clone)]
+pub struct Decomposition {
+    pub preconditions: Test,
+    /// SELECTs and lets, in the order of the file.
+    pub binders: Vec<Binder>,
+    pub subtasks: Vec<Subtask>,
+}
+
+/// Gives a variable its value when a method is decomposed.
+#[derive(Debug, Clone)]
+pub enum Binder {
+    /// A choice point over the entities that pass.
+    Select {
+        var: Var,
+        var_name: String,
+        ty: TypeId,
+        filter: Test,
+        order: SelectOrder,
+    },
+    /// A name for a value; no choice point.
+    Let { var: Var, var_name: String, value: Expr },
+}
+
+/// How the entities of a SELECT are tried.
+#[derive(Debug, Clone)]
+pub enum SelectOrder {
+    /// SELECT: declaration order.
+    Declared,
+    /// SELECTORDERED: by a number.
+    Sorted { key: Expr, descending: bool },
+    /// SELECTONCE: only the first that passes.
+    Once,
+}
+
+/// A task to be done in a decomposition.
+#[derive(Debug, Clone)]
+pub struct Subtask {
+    pub task: TaskId,
+    pub args: Vec<Expr>,
+    /// Positions (in [`Decomposition::subtasks`]) of those that must be done before.
+    pub after: Vec<usize>,
+}
+
+/// A test (language, section 2).
+#[derive(Debug, Clone)]
+pub enum Test {
+    /// All hold; empty means true.
+    And(Vec<Test>),
+    Or(Vec<Test>),
+    Not(Box<Test>),
+    Compare {
+        op: CompareOp,
+        left: Expr,
+        right: Expr,
+    },
+    /// `element >> set`.
+    Member {
+        element: Expr,
+        set: Expr,
+    },
+    Forall {
+        var: Var,
+        ty: TypeId,
+        guard: Box<Test>,
+        body: Box<Test>,
+    },
+    Exist {
+        var: Var,
+        ty: TypeId,
+        guard: Box<Test>,
+        body: Box<Test>,
+    },
+    /// A bare boolean expression.
+    Holds(Expr),
+}
+
+impl Test {
+    /// The test that always holds.
+    pub fn always() -> Self {
+        Test::And(Vec::new())
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CompareOp {
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+}
+
+/// An expression.
+#[derive(Debug, Clone)]
+pub enum Expr {
+    Const(Value),
+    Var(Var),
+    /// `base.attribute`; `Null` when the base is `Null`.
+    Attribute {
+        base: Box<Expr>,
+        attribute: AttributeId,
+    },
+    /// `size(set)`.
+    Size(Box<Expr>),
+    /// `[A, B]`: a set of entities.
+    List(Vec<Expr>),
+    Arithmetic {
+        op: ArithmeticOp,
+        left: Box<Expr>,
+        right: Box<Expr>,
+    },
+    Negate(Box<Expr>),
+    /// Set with an element added (`Os + O`) or removed (`Os - O`).
+    SetWith {
+        set: Box<Expr>,
+        element: Box<Expr>,
+    },
+    SetWithout {
+        set: Box<Expr>,
+        element: Box<Expr>,
+    },
+    /// `GetGRPCost()`: the cost that geometry computed for this action; 0 where nothing is projected.
+    GeometricCost,
+    /// `GetGRPDuration()`: the length in time of this action's trajectories [s]; 0 where nothing is projected.
+    GeometricDuration,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArithmeticOp {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+}
+
+/// An effect (language, section 3); effects run in order and see the state as already changed.
+#[derive(Debug, Clone)]
+pub enum Effect {
+    /// `entity.attribute = value`.
+    Assign {
+        entity: Expr,
+        attribute: AttributeId,
+        value: Expr,
+    },
+    /// `entity.attribute <<= element`.
+    Add {
+        entity: Expr,
+        attribute: AttributeId,
+        element: Expr,
+    },
+    /// `entity.attribute =>> element`.
+    Remove {
+        entity: Expr,
+        attribute: AttributeId,
+        element: Expr,
+    },
+    Forall {
+        var: Var,
+        ty: TypeId,
+        guard: Test,
+        effects: Vec<Effect>,
+    },
+    If {
+        test: Test,
+        then: Vec<Effect>,
+        otherwise: Vec<Effect>,
+    },
+}
+
+/// The task to plan with its arguments: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Goal {
+    pub task: TaskId,
+    pub args: Vec<Value>,
+}

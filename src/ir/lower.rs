@@ -1,0 +1,1 @@
+//! Checked AST to [`super::Domain`].

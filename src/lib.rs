@@ -1,0 +1,23 @@
+//! sgap: symbolic-geometric planning for robots that work beside people.
+//!
+//! The way of the data, in reading order; `docs/architecture.md` tells each room's job and what it may not know.
+//!
+//! ```text
+//! .hatp text --syntax--> ast --check--> check::Domain --ir--> ir::Domain --+
+//!                                                                          +--engine--> plan::Plan --report--> text, JSON, page
+//! .toml text + URDF ------------------world------------> World ----grp-----+                 |
+//!                                                                                       validate (a second opinion)
+//! ```
+
+pub mod check;
+pub mod diag;
+pub mod engine;
+pub mod geom;
+pub mod grp;
+pub mod ir;
+pub mod plan;
+pub mod report;
+pub mod source;
+pub mod syntax;
+pub mod validate;
+pub mod world;

@@ -1,0 +1,229 @@
+//! The plan document: what `--json` writes and `validate` reads. Documented in `docs/json.md`.
+//!
+//! Names of entities, joints and links are those of the domain, world and URDF files. Seconds, metres, radians.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// Version of the document's form; raised when a reader of the old one would misread the new one.
+pub const VERSION: u32 = 1;
+
+/// A plan with its schedule and motions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Always `sgap-plan`.
+    pub format: String,
+    pub version: u32,
+    /// The task as planned: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`.
+    pub task: String,
+    pub seed: u64,
+    /// Sum of the actions' costs.
+    pub cost: f64,
+    /// When the last action ends [s].
+    pub makespan: f64,
+    /// In an order in which they can be done one by one.
+    pub actions: Vec<Action>,
+    /// Per agent, the indices of the actions it takes part in, in order.
+    pub streams: IndexMap<String, Vec<usize>>,
+    /// What must be over before what (transitive reduction).
+    pub links: Vec<Link>,
+    /// How the task was decomposed.
+    pub decomposition: Node,
+}
+
+/// One action.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Action {
+    /// Position in [`Plan::actions`].
+    pub index: usize,
+    pub name: String,
+    /// As the language writes them: `PR2`, `3`, `"red"`, `[A, B]`.
+    pub arguments: Vec<String>,
+    /// Who takes part; the first acts.
+    pub agents: Vec<String>,
+    pub cost: f64,
+    /// (least, most) [s].
+    pub duration: [f64; 2],
+    /// Earliest start and the end after the least duration [s].
+    pub start: f64,
+    pub end: f64,
+    /// `None` for a purely symbolic action.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub geometry: Option<Geometry>,
+    /// Attributes that this action changed, `RED_CUBE.isOn` to the new value as the language writes it; effects and shared attributes.
+    pub changes: IndexMap<String, String>,
+}
+
+/// The geometric action solution (thesis 3.2.3): choices and motions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Geometry {
+    /// Name of the geometric action: `pick`, `place`, `placeReachable`.
+    pub action: String,
+    /// Identifies the geometric action in this run (thesis: gasNum).
+    pub gas: u32,
+    /// 0 for the first solution (thesis: gasAltNum).
+    pub alternative: u32,
+    pub agent: String,
+    /// Name of the arm.
+    pub arm: String,
+    /// The object that is handled.
+    pub object: String,
+    /// Name of the grasp that holds it.
+    pub grasp: String,
+    /// Where it is put down, for actions that do.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub placement: Option<Placement>,
+    /// The geometric cost's parts by name; their sum is what `GetGRPCost()` gives.
+    pub cost_parts: IndexMap<String, f64>,
+    pub sub_actions: Vec<SubAction>,
+}
+
+/// A place on a support.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placement {
+    /// Entity that carries it.
+    pub on: String,
+    /// Name of the support face.
+    pub support: String,
+    /// Name of the stable orientation.
+    pub stable: String,
+    /// Position on the face, in its frame [m].
+    pub x: f64,
+    pub y: f64,
+    /// About the face's normal [rad].
+    pub yaw: f64,
+    /// Pose of the object in the world once it stands.
+    pub pose: PoseDocument,
+}
+
+/// A pose: position [m] and unit quaternion (x, y, z, w).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseDocument {
+    pub position: [f64; 3],
+    pub quaternion: [f64; 4],
+}
+
+impl From<crate::geom::Pose> for PoseDocument {
+    fn from(pose: crate::geom::Pose) -> Self {
+        let (t, r) = (pose.translation.vector, pose.rotation.coords);
+        PoseDocument {
+            position: [t.x, t.y, t.z],
+            quaternion: [r.x, r.y, r.z, r.w],
+        }
+    }
+}
+
+impl PoseDocument {
+    /// Returns the pose; the quaternion is normalised.
+    pub fn pose(&self) -> crate::geom::Pose {
+        let [x, y, z, w] = self.quaternion;
+        let r = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+        let [px, py, pz] = self.position;
+        crate::geom::Pose::from_parts(nalgebra::Translation3::new(px, py, pz), r)
+    }
+}
+
+/// The motion of one sub-action (thesis: GSAS).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SubAction {
+    /// `approach`, `engage`, `grasp`, `disengage`, `place`, `release`, `retract`.
+    pub name: String,
+    /// How it moves.
+    pub motion: Motion,
+    pub trajectory: Trajectory,
+    /// What the hand takes or lets go of when the motion is over.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub change: Option<AttachmentChange>,
+}
+
+/// How a sub-action moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// Anywhere in the joint space.
+    Free,
+    /// The tool on a straight line with a constant orientation.
+    Straight,
+    /// Fingers alone.
+    Gripper,
+}
+
+/// Timed configurations of some joints; linear in between; the first time is 0 and counts from the end of the
+/// sub-action before (the first one's from the action's start).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trajectory {
+    pub joints: Vec<String>,
+    /// [s]
+    pub times: Vec<f64>,
+    /// One row for each time, one column for each joint.
+    pub positions: Vec<Vec<f64>>,
+}
+
+impl Trajectory {
+    /// Returns its length in time [s].
+    pub fn duration(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// The hand takes or lets go of an object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AttachmentChange {
+    Attach {
+        object: String,
+        /// Pose of the object in the tool frame from then on.
+        object_in_tool: PoseDocument,
+    },
+    Detach {
+        object: String,
+        /// Pose of the object in the world from then on.
+        object_in_world: PoseDocument,
+    },
+}
+
+/// `before` must be over when `after` starts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    pub before: usize,
+    pub after: usize,
+    pub reasons: Vec<LinkReason>,
+}
+
+/// Why one action comes before another.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LinkReason {
+    /// `after` needs an attribute that `before` set: `PR2.hasInHand`.
+    Attribute(String),
+    /// The domain orders their subtasks.
+    Order,
+    /// `before` reads what `after` overwrites.
+    Threat(String),
+    /// Motions are planned one after the other: `after` starts in the world that `before` leaves.
+    Motion,
+}
+
+/// A task in the decomposition tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Node {
+    pub task: String,
+    pub arguments: Vec<String>,
+    /// Which decomposition of the method was applied, from 0; `None` for an action, and where the method's goal held.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub decomposition: Option<usize>,
+    /// The action's index in the plan.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub action: Option<usize>,
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub children: Vec<Node>,
+}

@@ -1,0 +1,7 @@
+//! What was found and why the rest failed: data only, by names, so that a plan can be read without its domain.
+
+mod document;
+mod refusal;
+
+pub use document::*;
+pub use refusal::*;

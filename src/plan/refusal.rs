@@ -1,0 +1,1 @@
+//! Why a branch of the search failed: typed, with numbers.

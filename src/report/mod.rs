@@ -1,0 +1,1 @@
+//! Plans and facts as text, JSON and pages.

@@ -1,0 +1,1 @@
+//! HATP text to AST and back; knows no names, no types.

@@ -1,0 +1,5 @@
+//! World files and URDF to a scene, its start state, and the task.
+
+mod scene;
+
+pub use scene::*;
