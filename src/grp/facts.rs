@@ -11,7 +11,7 @@ use crate::geom::collide::ray;
 use crate::geom::ik;
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
-use crate::world::{AgentKind, Object, Scene, State};
+use crate::world::{Object, Scene, State};
 
 /// Names of the facts, as the language's prelude declares them.
 pub const FACTS: [&str; 4] = ["isOn", "hasInHand", "isReachable", "isVisible"];
@@ -244,9 +244,4 @@ fn surface_points(object: &Object) -> Vec<Vec3> {
 /// Returns the pose of the object frame when it stands on the support as placed: `X_WF * X_FQ(x, y, yaw) * X_QO`.
 pub(super) fn placed_pose(X_WF: &Pose, X_QO: &Pose, x: f64, y: f64, yaw: f64) -> Pose {
     X_WF * Pose::new(Vec3::new(x, y, 0.0), Vec3::z() * yaw) * X_QO
-}
-
-/// Says whether it is a robot; humans have no grasps.
-pub(super) fn is_robot(scene: &Scene, agent: usize) -> bool {
-    scene.agents[agent].kind == AgentKind::Robot
 }
