@@ -1,5 +1,5 @@
 //! Plans, reasons and facts as text, JSON and pages.
 
-// pub mod html;
+pub mod html;
 pub mod json;
 pub mod text;
