@@ -63,11 +63,7 @@ fn of_shape(shape: &Shape) -> Vec<(String, Pose, f64)> {
 
 /// A box: each pair of faces that is near enough, from each of the four sides between them.
 fn of_box(half: &Vec3) -> Vec<(String, Pose, f64)> {
-    let axes = [
-        (Vec3::x(), half.x, "x"),
-        (Vec3::y(), half.y, "y"),
-        (Vec3::z(), half.z, "z"),
-    ];
+    let axes = [(Vec3::x(), half.x, "x"), (Vec3::y(), half.y, "y"), (Vec3::z(), half.z, "z")];
     let mut found = Vec::new();
     for (closing, h_closing, closing_name) in &axes {
         if 2.0 * h_closing > WIDEST {
@@ -77,7 +73,11 @@ fn of_box(half: &Vec3) -> Vec<(String, Pose, f64)> {
             for (sign, sign_name) in [(1.0, "+"), (-1.0, "-")] {
                 let outward = side * sign;
                 let tool = tool_at(outward, outward * (h_side - h_side.min(DEPTH)), *closing);
-                found.push((format!("{sign_name}{side_name}/{closing_name}"), tool, 2.0 * h_closing));
+                found.push((
+                    format!("{sign_name}{side_name}/{closing_name}"),
+                    tool,
+                    2.0 * h_closing,
+                ));
             }
         }
     }

@@ -52,7 +52,10 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let objects: Vec<ObjectState> = poses
         .into_iter()
         .flatten()
-        .map(|pose| ObjectState { X_WO: pose, held: None })
+        .map(|pose| ObjectState {
+            X_WO: pose,
+            held: None,
+        })
         .collect();
     let scene = Scene {
         agents: agents.agents,
@@ -92,22 +95,13 @@ fn inside_quotes(text: &str, span: Span) -> Span {
 /// An id names one entity: robots, humans and objects share their names.
 fn unique_ids(agents: &Agents, written: &[Written<'_>], problems: &mut Problems) {
     let mut first: IndexMap<&str, Span> = IndexMap::new();
-    let agents = agents
-        .agents
-        .iter()
-        .zip(&agents.spans)
-        .map(|(a, s)| (a.id.as_str(), *s));
+    let agents = agents.agents.iter().zip(&agents.spans).map(|(a, s)| (a.id.as_str(), *s));
     for (id, span) in agents.chain(written.iter().map(|w| (w.name.text, w.name.span))) {
         match first.get(id) {
             Some(known) => problems.push(
-                Problem::error(
-                    "world::duplicate-id",
-                    format!("two entities are named `{id}`"),
-                    span,
-                    "again here",
-                )
-                .note(*known, "first here")
-                .help("robots, humans and objects share their names: rename one"),
+                Problem::error("world::duplicate-id", format!("two entities are named `{id}`"), span, "again here")
+                    .note(*known, "first here")
+                    .help("robots, humans and objects share their names: rename one"),
             ),
             None => {
                 first.insert(id, span);

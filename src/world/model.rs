@@ -296,7 +296,10 @@ fn arms(root: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Vec<Arm> {
 }
 
 fn arm(name: &str, table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Arm> {
-    table.only(&["base_link", "tip_link", "tool", "gripper", "hand_links"], problems);
+    table.only(
+        &["base_link", "tip_link", "tool", "gripper", "hand_links"],
+        problems,
+    );
     let base = table.needed_text("base_link", "base_link = \"torso\"", problems);
     let tip = table.needed_text("tip_link", "tip_link = \"hand\"", problems);
     let base_link = base.and_then(|n| find_link(tree, n, &table.place, problems));

@@ -54,9 +54,7 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
     let listed_supports = listed(table, "supports", problems, support);
     let listed_grasps = listed(table, "grasps", problems, grasp);
     let parts = parts(table, problems)?;
-    let listed_stable = listed(table, "stable", problems, |t, problems| {
-        given_stable(t, &parts, problems)
-    });
+    let listed_stable = listed(table, "stable", problems, |t, problems| given_stable(t, &parts, problems));
     // What is given is taken as it is; what is not is computed. A fixed object is neither grasped nor put down.
     let stable = listed_stable.unwrap_or_else(|| {
         if movable {
@@ -227,12 +225,7 @@ fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
     let name = entry_name(table, problems);
     let X_OF = pose::read(table, problems);
     if !table.has("size") {
-        problems.push(problems::missing_key(
-            "size",
-            &table.place,
-            "size = [0.6, 0.4]",
-            table.span,
-        ));
+        problems.push(problems::missing_key("size", &table.place, "size = [0.6, 0.4]", table.span));
     }
     let (sides, span) = table.vector::<2>("size", problems)?;
     let place = &table.place;

@@ -195,7 +195,10 @@ impl<'a> Value<'a> {
     /// Returns the text, or complains that `what` must be one.
     pub fn text(&self, what: &str, problems: &mut Problems) -> Option<Name<'a>> {
         match self.value {
-            DeValue::String(text) => Some(Name { text, span: self.span }),
+            DeValue::String(text) => Some(Name {
+                text,
+                span: self.span,
+            }),
             other => {
                 problems.push(problems::wrong_type(what, "a text", kind(other), self.span));
                 None
