@@ -1,11 +1,11 @@
 //! Joins the two halves of the input: a domain and the world that it is planned in.
 
-use crate::check::{self, Given};
+use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems};
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
 use crate::syntax;
-use crate::world::{self, World};
+use crate::world::{self, Literal, World};
 
 /// A domain compiled against a world, with the task to plan if one is named.
 #[derive(Debug)]
@@ -72,6 +72,34 @@ pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Op
     let (domain, found) = check::compile(&[ast], &Given::default());
     problems.extend(found);
     (domain, problems)
+}
+
+/// Returns what the world declares, in the checker's terms.
+fn given(world: &World) -> Given {
+    let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
+    let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
+    let entities = agents
+        .chain(objects)
+        .zip(&world.spans)
+        .map(|((name, ty, is_agent), span)| GivenEntity { name: name.clone(), ty: ty.clone(), is_agent, span: *span })
+        .collect();
+    let literal = |l: &Literal| match l {
+        Literal::Bool(b) => GivenLiteral::Bool(*b),
+        Literal::Number(x) => GivenLiteral::Number(*x),
+        Literal::Text(text) => GivenLiteral::Text(text.clone()),
+    };
+    let values = world
+        .values
+        .iter()
+        .map(|v| GivenValue {
+            entity: v.entity.clone(),
+            attribute: v.attribute.clone(),
+            values: v.values.iter().map(literal).collect(),
+            is_list: v.is_list,
+            span: v.span,
+        })
+        .collect();
+    Given { entities, shared: world.shared.clone(), values }
 }
 
 fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Problem> {

@@ -74,6 +74,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
         task,
         shared,
         values,
+        spans,
     };
     let ok = !problems.has_errors();
     (ok.then_some(world), problems.sorted())
