@@ -8,3 +8,5 @@ mod collide;
 mod ik;
 #[path = "geometry/kinematics.rs"]
 mod kinematics;
+#[path = "geometry/motion.rs"]
+mod motion;

@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
             }
         }
         let longest = self.step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-        if !(longest > 1e-12) {
+        if longest.is_nan() || longest < 1e-12 {
             return false;
         }
         let scale = (MAX_STEP / longest).min(1.0);

@@ -74,9 +74,9 @@ pub fn straight(
     let p = X_KT_end.translation.vector - X_KT_start.translation.vector;
     // Axis times angle, the shorter way round.
     let w = (X_KT_end.rotation * X_KT_start.rotation.inverse()).scaled_axis();
-    let n = (p.norm() / settings.spacing)
-        .max(w.norm() / settings.turn_spacing)
-        .ceil();
+    let n = (p.norm() / settings.spacing).max(w.norm() / settings.turn_spacing);
+    // Less a little, so that a length of ten spacings is ten.
+    let n = (n - 1e-9).ceil();
     let n = if n.is_nan() { 1.0 } else { n.clamp(1.0, MAX_POINTS) } as usize;
     let ik_settings = ik::Settings {
         max_iterations: MAX_ITERATIONS,
