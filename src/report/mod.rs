@@ -1,1 +1,3 @@
 //! Plans and facts as text, JSON and pages.
+
+pub mod html;
