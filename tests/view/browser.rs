@@ -52,9 +52,9 @@ pub fn open(page: &str, address: &str, graphics: Graphics, script: &str) -> Opti
             document.body.append(report);
         }});</script>"#
     );
-    let page = page
-        .replacen("<head>", &format!("<head>{LISTEN}"), 1)
-        .replacen("</head>", &format!("{report}</head>"), 1);
+    let page =
+        page.replacen("<head>", &format!("<head>{LISTEN}"), 1)
+            .replacen("</head>", &format!("{report}</head>"), 1);
     let (html, dom) = (folder.path().join("page.html"), folder.path().join("dom.html"));
     fs::write(&html, page).unwrap();
 
@@ -72,7 +72,11 @@ pub fn open(page: &str, address: &str, graphics: Graphics, script: &str) -> Opti
         "--dump-dom",
     ]);
     command.args(match graphics {
-        Graphics::Software => vec!["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+        Graphics::Software => vec![
+            "--use-gl=angle",
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+        ],
         Graphics::None => vec!["--disable-gpu", "--disable-3d-apis"],
     });
     command.arg(format!("--user-data-dir={}", folder.path().join("profile").display()));
@@ -91,7 +95,9 @@ pub fn open(page: &str, address: &str, graphics: Graphics, script: &str) -> Opti
     }
 
     let dom = fs::read_to_string(&dom).unwrap();
-    let (_, rest) = dom.split_once("<pre id=\"report\">").expect("the page never became ready");
+    let (_, rest) = dom
+        .split_once("<pre id=\"report\">")
+        .expect("the page never became ready");
     let (coded, _) = rest.split_once("</pre>").unwrap();
     let mut parts: Value = serde_json::from_str(&percent_decode(coded)).unwrap();
     let complaints = parts["complaints"].as_array().unwrap();

@@ -16,22 +16,22 @@ const SHOULDER_HEIGHT: f64 = 0.4;
 const UPPER_ARM: f64 = 0.3;
 const TOOL: f64 = 0.28;
 
+/// Indices of links.
+pub const FOREARM: usize = 2;
+pub const RIGHT_FINGER: usize = 4;
+
 fn at(x: f64, y: f64, z: f64) -> Pose {
     pose_xyz_rpy([x, y, z], [0.0; 3])
 }
 
-/// Returns X_WT by hand, without the tree: the base stands at `base`, turned by nothing.
-pub fn hand_pose(shoulder: f64, elbow: f64) -> Pose {
-    base_pose()
-        * at(0.0, 0.0, SHOULDER_HEIGHT)
-        * pose_xyz_rpy([0.0; 3], [0.0, 0.0, shoulder])
-        * at(UPPER_ARM, 0.0, 0.0)
-        * pose_xyz_rpy([0.0; 3], [0.0, elbow, 0.0])
+/// Returns X_WL of every link, as our own forward kinematics has it.
+pub fn link_poses(shoulder: f64, elbow: f64, finger: f64) -> Vec<Pose> {
+    arm_tree().link_poses(&base_pose(), &[shoulder, elbow, finger])
 }
 
 /// Returns X_WT.
-pub fn tool_pose(shoulder: f64, elbow: f64) -> Pose {
-    hand_pose(shoulder, elbow) * at(TOOL, 0.0, 0.0)
+fn tool_pose(shoulder: f64, elbow: f64) -> Pose {
+    link_poses(shoulder, elbow, 0.0)[FOREARM] * at(TOOL, 0.0, 0.0)
 }
 
 /// Returns X_WB: not the identity, so that a forgotten base shows.
@@ -42,12 +42,26 @@ fn base_pose() -> Pose {
 /// Returns the pose of the box, standing upright where the hand holds it at this configuration.
 pub fn box_pose(shoulder: f64, elbow: f64) -> Pose {
     let X_WT = tool_pose(shoulder, elbow);
-    Pose::from_parts(X_WT.translation, nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, 0.3 + shoulder))
+    Pose::from_parts(
+        X_WT.translation,
+        nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, 0.3 + shoulder),
+    )
 }
 
 fn joint(name: &str, kind: JointKind, parent: usize, X_PJ: Pose, axis: Vec3, drive: Option<(usize, f64)>) -> Joint {
-    let drive = drive.map(|(dof, scale)| Drive { dof, scale, offset: 0.0 });
-    Joint { name: name.into(), kind, parent, X_PJ, axis, drive }
+    let drive = drive.map(|(dof, scale)| Drive {
+        dof,
+        scale,
+        offset: 0.0,
+    });
+    Joint {
+        name: name.into(),
+        kind,
+        parent,
+        X_PJ,
+        axis,
+        drive,
+    }
 }
 
 fn arm_tree() -> Tree {
@@ -59,15 +73,49 @@ fn arm_tree() -> Tree {
         max_acceleration: 1.0,
     };
     Tree {
-        links: ["base", "upper_arm", "forearm", "left_finger", "right_finger"].map(String::from).into(),
+        links: ["base", "upper_arm", "forearm", "left_finger", "right_finger"]
+            .map(String::from)
+            .into(),
         joints: vec![
-            joint("shoulder", JointKind::Revolute, 0, at(0.0, 0.0, SHOULDER_HEIGHT), Vec3::z(), Some((0, 1.0))),
-            joint("elbow", JointKind::Revolute, 1, at(UPPER_ARM, 0.0, 0.0), Vec3::y(), Some((1, 1.0))),
-            joint("finger", JointKind::Prismatic, 2, at(TOOL, 0.0, 0.0), Vec3::y(), Some((2, 1.0))),
+            joint(
+                "shoulder",
+                JointKind::Revolute,
+                0,
+                at(0.0, 0.0, SHOULDER_HEIGHT),
+                Vec3::z(),
+                Some((0, 1.0)),
+            ),
+            joint(
+                "elbow",
+                JointKind::Revolute,
+                1,
+                at(UPPER_ARM, 0.0, 0.0),
+                Vec3::y(),
+                Some((1, 1.0)),
+            ),
+            joint(
+                "finger",
+                JointKind::Prismatic,
+                2,
+                at(TOOL, 0.0, 0.0),
+                Vec3::y(),
+                Some((2, 1.0)),
+            ),
             // Mirrors the other finger.
-            joint("mirror", JointKind::Prismatic, 2, at(TOOL, 0.0, 0.0), Vec3::y(), Some((2, -1.0))),
+            joint(
+                "mirror",
+                JointKind::Prismatic,
+                2,
+                at(TOOL, 0.0, 0.0),
+                Vec3::y(),
+                Some((2, -1.0)),
+            ),
         ],
-        dofs: vec![dof("shoulder", -3.0, 3.0), dof("elbow", -2.0, 2.0), dof("finger", 0.0, 0.04)],
+        dofs: vec![
+            dof("shoulder", -3.0, 3.0),
+            dof("elbow", -2.0, 2.0),
+            dof("finger", 0.0, 0.04),
+        ],
     }
 }
 
@@ -82,13 +130,19 @@ fn arm() -> Agent {
     let finger = |link: usize, side: f64| body(link, [0.03, 0.005, 0.012], at(0.0, 0.005 * side, 0.0), dark);
     let post = Body {
         link: 0,
-        shape: Shape::Cylinder { radius: 0.06, half_length: 0.19 },
+        shape: Shape::Cylinder {
+            radius: 0.06,
+            half_length: 0.19,
+        },
         X_LS: at(0.0, 0.0, 0.19),
         color: grey,
     };
     let elbow = Body {
         link: 2,
-        shape: Shape::Capsule { radius: 0.035, half_length: 0.03 },
+        shape: Shape::Capsule {
+            radius: 0.035,
+            half_length: 0.03,
+        },
         X_LS: pose_xyz_rpy([0.0; 3], [std::f64::consts::FRAC_PI_2, 0.0, 0.0]),
         color: grey,
     };
@@ -132,7 +186,10 @@ fn object(id: &str, half: [f64; 3], movable: bool, color: [f32; 4]) -> Object {
     Object {
         id: id.into(),
         ty: None,
-        parts: vec![Part { shape, X_OS: Pose::identity() }],
+        parts: vec![Part {
+            shape,
+            X_OS: Pose::identity(),
+        }],
         movable,
         supports: vec![],
         stable: vec![],
@@ -147,12 +204,19 @@ pub fn small_world() -> (Scene, State) {
     let box_at_start = box_pose(0.0, 0.6);
     let mut scene = Scene::default();
     scene.agents.push(arm());
-    scene.objects.push(object("TABLE", [0.3, 0.4, 0.1], false, [0.72, 0.55, 0.38, 1.0]));
-    scene.objects.push(object("BOX", [0.02, 0.02, 0.02], true, [0.85, 0.15, 0.12, 1.0]));
+    scene
+        .objects
+        .push(object("TABLE", [0.3, 0.4, 0.1], false, [0.72, 0.55, 0.38, 1.0]));
+    scene
+        .objects
+        .push(object("BOX", [0.02, 0.02, 0.02], true, [0.85, 0.15, 0.12, 1.0]));
     let stands = |X_WO: Pose| ObjectState { X_WO, held: None };
     let table_z = box_at_start.translation.z - 0.02 - 0.1;
     let state = State {
-        agents: vec![AgentState { X_WB: base_pose(), q: vec![0.0, 0.0, 0.04] }],
+        agents: vec![AgentState {
+            X_WB: base_pose(),
+            q: vec![0.0, 0.0, 0.04],
+        }],
         objects: vec![stands(base_pose() * at(0.55, 0.25, table_z)), stands(box_at_start)],
     };
     (scene, state)
@@ -206,9 +270,17 @@ pub fn pick_and_place() -> Plan {
         object: "BOX".into(),
         object_in_tool: (tool_pose(0.0, 0.6).inverse() * box_pose(0.0, 0.6)).into(),
     });
-    let pick = vec![sub_action("approach", &arm, &[0.0, 1.0], &[&[0.0, 0.0], &[0.0, 0.6]]), grasp];
+    let pick = vec![
+        sub_action("approach", &arm, &[0.0, 1.0], &[&[0.0, 0.0], &[0.0, 0.6]]),
+        grasp,
+    ];
 
-    let carry = sub_action("approach", &arm, &[0.0, 0.5, 1.0, 1.5], &[&[0.0, 0.6], &[0.2, 0.3], &[0.6, 0.3], &[0.8, 0.6]]);
+    let carry = sub_action(
+        "approach",
+        &arm,
+        &[0.0, 0.5, 1.0, 1.5],
+        &[&[0.0, 0.6], &[0.2, 0.3], &[0.6, 0.3], &[0.8, 0.6]],
+    );
     // A change comes when its own sub-action is over; the fingers then open in the next.
     let mut place = sub_action("place", &arm, &[0.0], &[&[0.8, 0.6]]);
     place.change = Some(AttachmentChange::Detach {
