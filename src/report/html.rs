@@ -19,11 +19,12 @@ use crate::world::{Agent, AgentKind, Object, Scene, State};
 const TEMPLATE: &str = include_str!("page/template.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In this order; they share one scope.
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("page/kinematics.js"),
     include_str!("page/timeline.js"),
     include_str!("page/scene3d.js"),
-    include_str!("page/player.js"),
+    include_str!("page/stage.js"),
+    include_str!("page/page.js"),
 ];
 /// three.js, bundled and gzipped; `docs/view.md` tells how it is made.
 const THREE: &[u8] = include_bytes!("page/three.min.js.gz");

@@ -30,7 +30,7 @@ function setPose(node, pose) {
 }
 
 /**
- * Returns {root, links, objects, setWorld, setPath, setColours, box}: the scene graph, to which the caller gives a camera.
+ * Returns {root, links, objects, path, setWorld, setPath, box}: the scene graph, without light and floor.
  * `links[a][l]` and `objects[o]` are three's groups in the world frame.
  */
 function buildScene3d(THREE, data) {
@@ -53,8 +53,7 @@ function buildScene3d(THREE, data) {
     return group;
   });
 
-  const path = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-  path.frustumCulled = false;
+  const path = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial());
   root.add(path);
 
   const setWorld = (world) => {
@@ -64,77 +63,15 @@ function buildScene3d(THREE, data) {
   };
   const setPath = (points) => {
     path.geometry.dispose();
-    path.geometry = new THREE.BufferGeometry();
-    path.geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.flat(), 3));
-    path.visible = points.length > 1;
+    path.visible = false;
+    // A tube has no direction where points coincide: half a millimetre at least.
+    const apart = [];
+    for (const point of points.map((p) => new THREE.Vector3(...p))) {
+      if (apart.length === 0 || point.distanceTo(apart[apart.length - 1]) > 5e-4) apart.push(point);
+    }
+    if (apart.length < 2) return;
+    path.geometry = new THREE.TubeGeometry(new THREE.CatmullRomCurve3(apart, false, "centripetal"), 2 * apart.length, 0.003, 6);
+    path.visible = true;
   };
   return { root, links, objects, path, setWorld, setPath, box: () => new THREE.Box3().setFromObject(content) };
-}
-
-/** Adds light and floor for a scene that fills `box`; returns the function that gives them the page's colours. */
-function addStage(THREE, scene3d, box) {
-  const { root } = scene3d;
-  const centre = box.getCenter(new THREE.Vector3());
-  const radius = Math.max(0.5, box.getSize(new THREE.Vector3()).length() / 2);
-
-  root.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.7));
-  root.children[root.children.length - 1].position.set(0, 0, 1);
-  const sun = new THREE.DirectionalLight(0xffffff, 1.9);
-  sun.position.copy(centre).add(new THREE.Vector3(-0.5, -0.7, 1.6).multiplyScalar(radius));
-  sun.target.position.copy(centre);
-  sun.castShadow = true;
-  sun.shadow.mapSize.set(2048, 2048);
-  sun.shadow.normalBias = 0.01 * radius;
-  const reach = sun.shadow.camera;
-  reach.left = reach.bottom = -1.2 * radius;
-  reach.right = reach.top = 1.2 * radius;
-  reach.near = 0.05 * radius;
-  reach.far = 4 * radius;
-  root.add(sun, sun.target);
-
-  // A floor of whole metres about the scene; squares of half a metre.
-  const metres = 2 * Math.ceil(radius * 1.4 + 0.5);
-  const floor = new THREE.Mesh(new THREE.PlaneGeometry(metres, metres), new THREE.ShadowMaterial({ opacity: 0.25 }));
-  floor.receiveShadow = true;
-  let grid = null;
-  const place = (node, z) => node.position.set(Math.round(centre.x), Math.round(centre.y), z);
-  place(floor, -0.002);
-  root.add(floor);
-
-  return (colour) => {
-    root.background = new THREE.Color(colour("--scene"));
-    scene3d.path.material.color.set(colour("--trace"));
-    if (grid) {
-      root.remove(grid);
-      grid.geometry.dispose();
-      grid.material.dispose();
-    }
-    grid = new THREE.GridHelper(metres, 2 * metres, colour("--axis"), colour("--grid"));
-    grid.rotateX(Math.PI / 2);
-    place(grid, -0.001);
-    root.add(grid);
-  };
-}
-
-/** Moves the camera back along its own direction until the whole box is in the picture. */
-function fitCamera(THREE, camera, controls, box, direction) {
-  const centre = box.getCenter(new THREE.Vector3());
-  const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
-  camera.position.copy(centre).add(direction);
-  camera.lookAt(centre);
-  const tanY = Math.tan((camera.fov * Math.PI) / 360);
-  const tanX = tanY * camera.aspect;
-  const turn = camera.quaternion.clone().invert();
-  let distance = 0.3;
-  for (let corner = 0; corner < 8; corner++) {
-    const p = new THREE.Vector3(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z);
-    p.applyQuaternion(turn);
-    distance = Math.max(distance, p.z + Math.abs(p.x) / tanX, p.z + Math.abs(p.y) / tanY);
-  }
-  camera.position.copy(centre).addScaledVector(direction, (1.05 * distance) / direction.length());
-  camera.near = distance / 200;
-  camera.far = distance * 20;
-  camera.updateProjectionMatrix();
-  controls.target.copy(centre);
-  controls.update();
 }
