@@ -2,6 +2,7 @@
 //!
 //! The browser tests need `chromium` in the PATH and say that they are skipped where it is not.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+#![expect(clippy::unwrap_used, reason = "a test says by a panic what is wrong")]
 
 #[path = "view/browser.rs"]
 mod browser;
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 use sgap::{geom::Pose, plan::PoseDocument, report::html};
 
 use browser::{Graphics, open};
-use small_world::{FOREARM, RIGHT_FINGER, box_pose, link_poses, pick_and_place, small_world};
+use small_world::{FOREARM, RIGHT_FINGER, box_pose, link_poses, pick_and_place, placed_box, small_world};
 
 fn page_with_plan() -> String {
     let (scene, start) = small_world();
@@ -96,7 +97,7 @@ const WATCH: &str = r##"
 /// An instant of the plan of `small_world.rs`: time, shoulder, elbow, finger, whether the box is in the hand, what goes on.
 type Instant = (f64, f64, f64, f64, bool, &'static str);
 
-const INSTANTS: [Instant; 8] = [
+const INSTANTS: [Instant; 9] = [
     (0.0, 0.0, 0.0, 0.04, false, "Pick(ARM, BOX) · approach"),
     (0.4, 0.0, 0.24, 0.04, false, "Pick(ARM, BOX) · approach"),
     (1.0, 0.0, 0.6, 0.04, false, "Pick(ARM, BOX) · grasp"),
@@ -104,6 +105,7 @@ const INSTANTS: [Instant; 8] = [
     // The first action is over at 1.5 s, the second begins at 2.5 s.
     (2.0, 0.0, 0.6, 0.02, true, ""),
     (3.25, 0.4, 0.3, 0.02, true, "Place(ARM, BOX, TABLE) · approach"),
+    (4.0, 0.8, 0.6, 0.02, false, "Place(ARM, BOX, TABLE) · release"),
     (4.1, 0.8, 0.6, 0.024, false, "Place(ARM, BOX, TABLE) · release"),
     // After the end (4.5 s) everything stays.
     (9.0, 0.8, 0.6, 0.04, false, "Place(ARM, BOX, TABLE) · release"),
@@ -126,7 +128,7 @@ fn the_page_shows_what_the_plan_says() {
             // Grasped at (0, 0.6), and fixed to the forearm from then on.
             (true, _) => X_WL[FOREARM] * link_poses(0.0, 0.6, 0.0)[FOREARM].inverse() * box_pose(0.0, 0.6),
             (false, true) => box_pose(0.0, 0.6),
-            (false, false) => box_pose(0.8, 0.6),
+            (false, false) => placed_box(),
         };
         assert_same(&shown["box"], &X_WO, &format!("box at {t} s"));
         assert_eq!(shown["now"], words, "at {t} s");

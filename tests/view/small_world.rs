@@ -48,6 +48,11 @@ pub fn box_pose(shoulder: f64, elbow: f64) -> Pose {
     )
 }
 
+/// Returns where the plan leaves the box: a little lower than the hand had it, so that letting go shows.
+pub fn placed_box() -> Pose {
+    at(0.0, 0.0, -0.002) * box_pose(0.8, 0.6)
+}
+
 fn joint(name: &str, kind: JointKind, parent: usize, X_PJ: Pose, axis: Vec3, drive: Option<(usize, f64)>) -> Joint {
     let drive = drive.map(|(dof, scale)| Drive {
         dof,
@@ -262,7 +267,7 @@ fn action(index: usize, name: &str, arguments: &[&str], start: f64, sub_actions:
     }
 }
 
-/// Returns a plan of two actions: the box is taken at 1.5 s and let go of, turned by 0.8 rad about the arm, at 5 s.
+/// Returns a plan of two actions: the box is taken at 1.5 s, and let go of, turned by 0.8 rad about the arm, at 4 s.
 pub fn pick_and_place() -> Plan {
     let arm = ["shoulder", "elbow"];
     let mut grasp = sub_action("grasp", &["finger"], &[0.0, 0.5], &[&[0.04], &[0.02]]);
@@ -285,7 +290,7 @@ pub fn pick_and_place() -> Plan {
     let mut place = sub_action("place", &arm, &[0.0], &[&[0.8, 0.6]]);
     place.change = Some(AttachmentChange::Detach {
         object: "BOX".into(),
-        object_in_world: box_pose(0.8, 0.6).into(),
+        object_in_world: placed_box().into(),
     });
     let release = sub_action("release", &["finger"], &[0.0, 0.5], &[&[0.02], &[0.04]]);
     let actions = vec![

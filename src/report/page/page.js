@@ -12,9 +12,10 @@ function element(tag, className, text) {
   return node;
 }
 
+/** Shows the text over the picture, below what is shown already. */
 function showMessage(text) {
   const box = byId("message");
-  box.textContent = text;
+  box.append(element("p", "", text));
   box.hidden = false;
 }
 
