@@ -59,7 +59,7 @@ function buildView(THREE, scene) {
     pending = true;
   };
 
-  const paint = addStage(THREE, scene3d, scene3d.box());
+  const paint = addStage(THREE, scene3d, scene3d.boxes());
   const repaint = () => {
     const style = getComputedStyle(document.documentElement);
     paint((name) => style.getPropertyValue(name).trim());
@@ -69,7 +69,7 @@ function buildView(THREE, scene) {
   let turned = false;
   const fit = () => {
     turned = false;
-    fitCamera(THREE, camera, controls, scene3d.box(), new THREE.Vector3(0.45, -1, 0.6));
+    fitCamera(THREE, camera, controls, scene3d.boxes(), new THREE.Vector3(0.45, -1, 0.6));
   };
   const resize = () => {
     const { clientWidth, clientHeight } = byId("view");
@@ -110,8 +110,9 @@ function addNames(scene, scene3d) {
 function placeNames(THREE, names, camera, canvas) {
   const shown = byId("show-names").checked;
   for (const { label, groups, below } of names) {
-    const box = new THREE.Box3();
-    for (const group of groups) box.expandByObject(group);
+    // Over the highest part: a head, not the middle between two stretched arms.
+    const boxes = groups.map((group) => new THREE.Box3().setFromObject(group));
+    const box = boxes.reduce((highest, other) => (other.max.z > highest.max.z ? other : highest));
     const at = box.getCenter(new THREE.Vector3()).setZ(below ? box.min.z : box.max.z).project(camera);
     label.hidden = !shown || box.isEmpty() || Math.abs(at.z) > 1;
     const [x, y] = [((at.x + 1) * canvas.clientWidth) / 2, ((1 - at.y) * canvas.clientHeight) / 2];

@@ -30,7 +30,7 @@ function setPose(node, pose) {
 }
 
 /**
- * Returns {root, links, objects, path, setWorld, setPath, box}: the scene graph, without light and floor.
+ * Returns {root, links, objects, path, setWorld, setPath, boxes}: the scene graph, without light and floor.
  * `links[a][l]` and `objects[o]` are three's groups in the world frame.
  */
 function buildScene3d(THREE, data) {
@@ -73,5 +73,7 @@ function buildScene3d(THREE, data) {
     path.geometry = new THREE.TubeGeometry(new THREE.CatmullRomCurve3(apart, false, "centripetal"), 2 * apart.length, 0.003, 6);
     path.visible = true;
   };
-  return { root, links, objects, path, setWorld, setPath, box: () => new THREE.Box3().setFromObject(content) };
+  // One about each link and object that has a shape, in the world frame.
+  const boxes = () => content.children.map((group) => new THREE.Box3().setFromObject(group)).filter((box) => !box.isEmpty());
+  return { root, links, objects, path, setWorld, setPath, boxes };
 }

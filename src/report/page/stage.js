@@ -1,8 +1,9 @@
 // Light, floor and camera around the scene. Metres, z up.
 
-/** Adds light and floor for a scene that fills `box`; returns the function that gives them the page's colours. */
-function addStage(THREE, scene3d, box) {
+/** Adds light and floor for a scene that fills `boxes`; returns the function that gives them the page's colours. */
+function addStage(THREE, scene3d, boxes) {
   const { root } = scene3d;
+  const box = boxes.reduce((all, one) => all.union(one), new THREE.Box3());
   const centre = box.getCenter(new THREE.Vector3());
   const radius = Math.max(0.5, box.getSize(new THREE.Vector3()).length() / 2);
 
@@ -46,22 +47,24 @@ function addStage(THREE, scene3d, box) {
   };
 }
 
-/** Puts the camera in that direction from the box's centre, as near as the whole box is in the picture. */
-function fitCamera(THREE, camera, controls, box, direction) {
-  const centre = box.getCenter(new THREE.Vector3());
-  const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+/** Puts the camera in that direction from the content's centre, as near as all of `boxes` is in the picture. */
+function fitCamera(THREE, camera, controls, boxes, direction) {
+  const whole = boxes.reduce((all, box) => all.union(box), new THREE.Box3());
+  const centre = whole.getCenter(new THREE.Vector3());
   camera.position.copy(centre).add(direction);
   camera.lookAt(centre);
   const tanY = Math.tan((camera.fov * Math.PI) / 360);
   const tanX = tanY * camera.aspect;
   const turn = camera.quaternion.clone().invert();
   let distance = 0.3;
-  for (let corner = 0; corner < 8; corner++) {
-    const p = new THREE.Vector3(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z);
-    p.applyQuaternion(turn);
-    distance = Math.max(distance, p.z + Math.abs(p.x) / tanX, p.z + Math.abs(p.y) / tanY);
+  for (const { min, max } of boxes) {
+    for (let corner = 0; corner < 8; corner++) {
+      const p = new THREE.Vector3(corner & 1 ? min.x : max.x, corner & 2 ? min.y : max.y, corner & 4 ? min.z : max.z);
+      p.sub(centre).applyQuaternion(turn);
+      distance = Math.max(distance, p.z + Math.abs(p.x) / tanX, p.z + Math.abs(p.y) / tanY);
+    }
   }
-  camera.position.copy(centre).addScaledVector(direction, (1.05 * distance) / direction.length());
+  camera.position.copy(centre).addScaledVector(direction, (1.08 * distance) / direction.length());
   camera.near = distance / 200;
   camera.far = distance * 20;
   camera.updateProjectionMatrix();
