@@ -53,6 +53,7 @@ fn the_page_loads_nothing() {
         .collect();
     assert_eq!(links, ["data:,"]);
     assert!(page.contains("default-src 'none'"));
+    assert!(data(&page, "three-license").contains("The MIT License"));
     assert!(!page.contains("{{"), "a place of the template was left empty");
 }
 

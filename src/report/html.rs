@@ -28,6 +28,8 @@ const SCRIPTS: [&str; 5] = [
 ];
 /// three.js, bundled and gzipped; `docs/view.md` tells how it is made.
 const THREE: &[u8] = include_bytes!("page/three.min.js.gz");
+/// The MIT licence asks to be in every copy, so it is in every page.
+const THREE_LICENSE: &str = include_str!("page/THREE-LICENSE");
 
 /// Returns the page that shows the scene from `start` on, moved by the plan if there is one.
 ///
@@ -44,6 +46,7 @@ pub fn page(scene: &Scene, start: &State, plan: Option<&Plan>, title: &str) -> S
         "scene" => &scene,
         "plan" => &plan,
         "three" => &three,
+        "license" => THREE_LICENSE,
         "script" => &script,
         _ => unreachable!("the template has no other places"),
     })

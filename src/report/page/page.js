@@ -106,17 +106,24 @@ function addNames(scene, scene3d) {
   });
 }
 
-/** Puts each name over (or below) its owner in the picture. */
+/** Puts each name over (or below) its owner in the picture; of two that would overlap, the later goes higher. */
 function placeNames(THREE, names, camera, canvas) {
   const shown = byId("show-names").checked;
+  const placed = [];
   for (const { label, groups, below } of names) {
     // Over the highest part: a head, not the middle between two stretched arms.
     const boxes = groups.map((group) => new THREE.Box3().setFromObject(group));
     const box = boxes.reduce((highest, other) => (other.max.z > highest.max.z ? other : highest));
     const at = box.getCenter(new THREE.Vector3()).setZ(below ? box.min.z : box.max.z).project(camera);
     label.hidden = !shown || box.isEmpty() || Math.abs(at.z) > 1;
-    const [x, y] = [((at.x + 1) * canvas.clientWidth) / 2, ((1 - at.y) * canvas.clientHeight) / 2];
-    label.style.transform = `translate(${x}px, ${y - 4}px) translate(-50%, -100%)`;
+    if (label.hidden) continue;
+    const { offsetWidth: width, offsetHeight: height } = label;
+    const x = ((at.x + 1) * canvas.clientWidth) / 2 - width / 2;
+    let y = ((1 - at.y) * canvas.clientHeight) / 2 - height - 4;
+    const covers = (other) => x < other.x + other.width && other.x < x + width && y < other.y + height && other.y < y + height;
+    for (let other = placed.find(covers); other; other = placed.find(covers)) y = other.y - height - 1;
+    placed.push({ x, y, width });
+    label.style.transform = `translate(${x}px, ${y}px)`;
   }
 }
 
