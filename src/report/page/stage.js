@@ -15,7 +15,7 @@ function addStage(THREE, scene3d, boxes) {
   sun.target.position.copy(centre);
   sun.castShadow = true;
   sun.shadow.mapSize.set(2048, 2048);
-  sun.shadow.normalBias = 0.01 * radius;
+  sun.shadow.normalBias = 0.004 * radius;
   const reach = sun.shadow.camera;
   reach.left = reach.bottom = -1.2 * radius;
   reach.right = reach.top = 1.2 * radius;
