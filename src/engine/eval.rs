@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use super::reasoner::Reasoner;
 use super::state::State;
-use crate::ir::{ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var};
+use crate::ir::{
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+};
 
 /// What an evaluation may look at.
 pub(super) struct Context<'a> {
@@ -42,7 +44,9 @@ impl Context<'_> {
             Expr::Const(value) => value.clone(),
             Expr::Var(var) => frame[var.index()].clone(),
             Expr::Attribute { base, attribute } => {
-                let Value::Entity(entity) = self.value(base, frame)? else { return None };
+                let Value::Entity(entity) = self.value(base, frame)? else {
+                    return None;
+                };
                 let slot = self.slot_of(entity, *attribute)?;
                 self.reads.push(slot);
                 self.slot(slot)
@@ -51,7 +55,9 @@ impl Context<'_> {
             Expr::List(elements) => {
                 let mut set = EntitySet::default();
                 for element in elements {
-                    let Value::Entity(e) = self.value(element, frame)? else { return None };
+                    let Value::Entity(e) = self.value(element, frame)? else {
+                        return None;
+                    };
                     set.insert(e);
                 }
                 Value::Set(Arc::new(set))
@@ -68,7 +74,9 @@ impl Context<'_> {
             Expr::Negate(inner) => Value::Number(-self.number(inner, frame)?),
             Expr::SetWith { set, element } | Expr::SetWithout { set, element } => {
                 let mut members = (*self.set(set, frame)?).clone();
-                let Value::Entity(e) = self.value(element, frame)? else { return None };
+                let Value::Entity(e) = self.value(element, frame)? else {
+                    return None;
+                };
                 if matches!(expr, Expr::SetWith { .. }) {
                     members.insert(e);
                 } else {
@@ -141,16 +149,31 @@ impl Context<'_> {
     pub fn apply(&mut self, effects: &[Effect], frame: &mut [Value], writes: &mut Vec<SlotId>) {
         for effect in effects {
             match effect {
-                Effect::Assign { entity, attribute, value } => {
+                Effect::Assign {
+                    entity,
+                    attribute,
+                    value,
+                } => {
                     let target = self.target(entity, *attribute, frame);
                     if let (Some(slot), Some(value)) = (target, self.value(value, frame)) {
                         self.state.set(slot, value);
                         writes.push(slot);
                     }
                 }
-                Effect::Add { entity, attribute, element } | Effect::Remove { entity, attribute, element } => {
+                Effect::Add {
+                    entity,
+                    attribute,
+                    element,
+                }
+                | Effect::Remove {
+                    entity,
+                    attribute,
+                    element,
+                } => {
                     let target = self.target(entity, *attribute, frame);
-                    let (Some(slot), Some(Value::Entity(e))) = (target, self.value(element, frame)) else { continue };
+                    let (Some(slot), Some(Value::Entity(e))) = (target, self.value(element, frame)) else {
+                        continue;
+                    };
                     let mut members = match self.slot(slot) {
                         Value::Set(set) => (*set).clone(),
                         _ => EntitySet::default(),
@@ -163,7 +186,12 @@ impl Context<'_> {
                     self.state.set(slot, Value::Set(Arc::new(members)));
                     writes.push(slot);
                 }
-                Effect::Forall { var, ty, guard, effects } => {
+                Effect::Forall {
+                    var,
+                    ty,
+                    guard,
+                    effects,
+                } => {
                     let domain = self.domain;
                     for e in &domain.types[ty.index()].entities {
                         frame[var.index()] = Value::Entity(*e);

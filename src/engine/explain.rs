@@ -43,16 +43,29 @@ pub(super) fn slot_name(domain: &Domain, slot: SlotId) -> String {
 }
 
 fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
-    let all = |tests: &[Test]| tests.iter().map(|t| show_test(domain, t, frame)).collect::<Vec<_>>().join("; ");
+    let all = |tests: &[Test]| {
+        tests
+            .iter()
+            .map(|t| show_test(domain, t, frame))
+            .collect::<Vec<_>>()
+            .join("; ")
+    };
     match test {
         Test::And(parts) => all(parts),
         Test::Or(parts) => {
-            let blocks: Vec<String> = parts.iter().map(|t| format!("{{{}}}", show_test(domain, t, frame))).collect();
+            let blocks: Vec<String> = parts
+                .iter()
+                .map(|t| format!("{{{}}}", show_test(domain, t, frame)))
+                .collect();
             format!("OR{}", blocks.concat())
         }
         Test::Not(inner) => match &**inner {
             Test::Member { element, set } => {
-                format!("{} !>> {}", show_expr(domain, element, frame), show_expr(domain, set, frame))
+                format!(
+                    "{} !>> {}",
+                    show_expr(domain, element, frame),
+                    show_expr(domain, set, frame)
+                )
             }
             other => format!("NOT{{{}}}", show_test(domain, other, frame)),
         },
@@ -65,10 +78,18 @@ fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
                 CompareOp::Greater => ">",
                 CompareOp::GreaterEqual => ">=",
             };
-            format!("{} {op} {}", show_expr(domain, left, frame), show_expr(domain, right, frame))
+            format!(
+                "{} {op} {}",
+                show_expr(domain, left, frame),
+                show_expr(domain, right, frame)
+            )
         }
         Test::Member { element, set } => {
-            format!("{} >> {}", show_expr(domain, element, frame), show_expr(domain, set, frame))
+            format!(
+                "{} >> {}",
+                show_expr(domain, element, frame),
+                show_expr(domain, set, frame)
+            )
         }
         Test::Forall { ty, .. } => format!("FORALL over {}", domain.types[ty.index()].name),
         Test::Exist { ty, .. } => format!("EXIST over {}", domain.types[ty.index()].name),

@@ -37,14 +37,23 @@ pub fn document(
         let end = start + step.duration.0;
         for agent in &agents[index] {
             free_at.insert(*agent, end);
-            streams.entry(domain.entities[agent.index()].name.clone()).or_default().push(index);
+            streams
+                .entry(domain.entities[agent.index()].name.clone())
+                .or_default()
+                .push(index);
         }
-        let changes = found.changes[index].iter().map(|(slot, v)| (slot_name(domain, *slot), domain.show(v))).collect();
+        let changes = found.changes[index]
+            .iter()
+            .map(|(slot, v)| (slot_name(domain, *slot), domain.show(v)))
+            .collect();
         actions.push(Action {
             index,
             name: domain.actions[step.action.index()].name.clone(),
             arguments: show_all(domain, &step.args),
-            agents: agents[index].iter().map(|a| domain.entities[a.index()].name.clone()).collect(),
+            agents: agents[index]
+                .iter()
+                .map(|a| domain.entities[a.index()].name.clone())
+                .collect(),
             cost: step.cost,
             duration: [step.duration.0, step.duration.1],
             start,
@@ -53,7 +62,11 @@ pub fn document(
             changes,
         });
     }
-    let task = format!("{}({})", domain.task_name(goal.task), show_all(domain, &goal.args).join(", "));
+    let task = format!(
+        "{}({})",
+        domain.task_name(goal.task),
+        show_all(domain, &goal.args).join(", ")
+    );
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
@@ -148,7 +161,12 @@ fn ordered_leaves(found: &Found, domain: &Domain) -> Vec<(usize, usize)> {
     for (index, step) in found.steps.iter().enumerate() {
         let mut node = step.node;
         while let Some(parent) = nodes[node].parent {
-            under.entry(parent).or_default().entry(nodes[node].subtask).or_default().push(index);
+            under
+                .entry(parent)
+                .or_default()
+                .entry(nodes[node].subtask)
+                .or_default()
+                .push(index);
             node = parent;
         }
     }
@@ -161,7 +179,11 @@ fn ordered_leaves(found: &Found, domain: &Domain) -> Vec<(usize, usize)> {
         for (after, steps_after) in &by_subtask {
             for before in &subtasks[*after].after {
                 let steps_before = by_subtask.get(before).map_or(&[][..], Vec::as_slice);
-                pairs.extend(steps_before.iter().flat_map(|b| steps_after.iter().map(move |a| (*b, *a))));
+                pairs.extend(
+                    steps_before
+                        .iter()
+                        .flat_map(|b| steps_after.iter().map(move |a| (*b, *a))),
+                );
             }
         }
     }
@@ -194,7 +216,11 @@ fn reduce(n: usize, all: Dependencies) -> Vec<Link> {
     }
     keep.sort();
     keep.into_iter()
-        .map(|(before, after)| Link { before, after, reasons: all.get(&(before, after)).cloned().unwrap_or_default() })
+        .map(|(before, after)| Link {
+            before,
+            after,
+            reasons: all.get(&(before, after)).cloned().unwrap_or_default(),
+        })
         .collect()
 }
 

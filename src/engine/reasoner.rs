@@ -75,14 +75,27 @@ pub struct Granted {
 
 impl Reasoner for Granted {
     fn project(&mut self, _: &Domain, _: &Call<'_>) -> Result<Projection, ActionRefusal> {
-        let gas = GasRef { gas: GasNum(self.next), alternative: 0 };
+        let gas = GasRef {
+            gas: GasNum(self.next),
+            alternative: 0,
+        };
         self.next += 1;
-        Ok(Projection { gas, cost: 0.0, duration: 0.0 })
+        Ok(Projection {
+            gas,
+            cost: 0.0,
+            duration: 0.0,
+        })
     }
 
     fn find_alternative(&mut self, _: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {
         // A granted projection has no geometry, hence nothing in which another solution could differ.
-        Err(ActionRefusal { call: String::new(), found_before: tried, exhausted: true, tried: 0, causes: Vec::new() })
+        Err(ActionRefusal {
+            call: String::new(),
+            found_before: tried,
+            exhausted: true,
+            tried: 0,
+            causes: Vec::new(),
+        })
     }
 
     fn knows(&self, _: &str) -> bool {

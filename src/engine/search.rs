@@ -164,11 +164,25 @@ enum Choice {
     /// Decompositions of the method at a tree node, from `next` on.
     Decomposition { node: usize, depth: usize, next: usize },
     /// Values of a SELECT of an instance.
-    Binding { instance: usize, binder: usize, candidates: Vec<Value>, next: usize },
+    Binding {
+        instance: usize,
+        binder: usize,
+        candidates: Vec<Value>,
+        next: usize,
+    },
     /// Which of the ready subtasks of a cell comes first.
-    Order { cell: usize, ready: Vec<usize>, next: usize },
+    Order {
+        cell: usize,
+        ready: Vec<usize>,
+        next: usize,
+    },
     /// Further geometric solutions of an action.
-    Alternative { node: usize, gas: GasNum, tried: u32, limit: u32 },
+    Alternative {
+        node: usize,
+        gas: GasNum,
+        tried: u32,
+        limit: u32,
+    },
 }
 
 /// Whether the search goes on forward or has to take back a choice.
@@ -199,7 +213,13 @@ pub fn solve(
     let mut state = State::new(domain, &shared);
     let start_world = reasoner.save();
     let mut search = Search {
-        context: Context { domain, state: &mut state, reasoner, reads: Vec::new(), projection: (0.0, 0.0) },
+        context: Context {
+            domain,
+            state: &mut state,
+            reasoner,
+            reads: Vec::new(),
+            projection: (0.0, 0.0),
+        },
         settings,
         shared: &shared,
         cells: Vec::new(),
@@ -215,9 +235,20 @@ pub fn solve(
         why_not: WhyNot::default(),
     };
     let ending = search.run(goal, stop, on_plan);
-    let Search { best, statistics, why_not, context, .. } = search;
+    let Search {
+        best,
+        statistics,
+        why_not,
+        context,
+        ..
+    } = search;
     context.reasoner.restore(start_world);
-    Outcome { found: best, ending, statistics, why_not }
+    Outcome {
+        found: best,
+        ending,
+        statistics,
+        why_not,
+    }
 }
 
 struct Search<'a> {
@@ -238,12 +269,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn run(
-        &mut self,
-        goal: &Goal,
-        stop: &AtomicBool,
-        on_plan: &mut dyn FnMut(&Found, &Statistics),
-    ) -> Ending {
+    fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Ending {
         self.nodes.push(TreeNode {
             task: goal.task,
             args: goal.args.clone(),
@@ -284,10 +310,13 @@ impl Search<'_> {
     fn advance(&mut self) -> Flow {
         let Some(cell) = self.head else { return Flow::Forward };
         let Cell { parent, instance, done } = &self.cells[cell];
-        let Instance { method, decomposition, .. } = &self.instances[*instance];
+        let Instance {
+            method, decomposition, ..
+        } = &self.instances[*instance];
         let subtasks = &self.context.domain.methods[method.index()].decompositions[*decomposition].subtasks;
-        let ready: Vec<usize> =
-            (0..subtasks.len()).filter(|i| !done[*i] && subtasks[*i].after.iter().all(|a| done[*a])).collect();
+        let ready: Vec<usize> = (0..subtasks.len())
+            .filter(|i| !done[*i] && subtasks[*i].after.iter().all(|a| done[*a]))
+            .collect();
         match ready.len() {
             // INVARIANT: the order has no cycle (checked), so nothing ready means all done.
             0 => {
@@ -331,21 +360,46 @@ impl Search<'_> {
         self.go_back(&point);
         match choice {
             Choice::Decomposition { node, depth, next } => self.decompose(point, node, depth, next),
-            Choice::Binding { instance, binder, candidates, next } => {
+            Choice::Binding {
+                instance,
+                binder,
+                candidates,
+                next,
+            } => {
                 let value = candidates[next].clone();
                 if next + 1 < candidates.len() {
-                    self.choices.push((point, Choice::Binding { instance, binder, candidates, next: next + 1 }));
+                    self.choices.push((
+                        point,
+                        Choice::Binding {
+                            instance,
+                            binder,
+                            candidates,
+                            next: next + 1,
+                        },
+                    ));
                 }
                 self.bind(instance, binder, value)
             }
             Choice::Order { cell, ready, next } => {
                 let subtask = ready[next];
                 if next + 1 < ready.len() {
-                    self.choices.push((point, Choice::Order { cell, ready, next: next + 1 }));
+                    self.choices.push((
+                        point,
+                        Choice::Order {
+                            cell,
+                            ready,
+                            next: next + 1,
+                        },
+                    ));
                 }
                 self.start_subtask(cell, subtask)
             }
-            Choice::Alternative { node, gas, tried, limit } => {
+            Choice::Alternative {
+                node,
+                gas,
+                tried,
+                limit,
+            } => {
                 self.statistics.projections += 1;
                 self.statistics.alternatives += 1;
                 match self.context.reasoner.find_alternative(gas, tried) {
@@ -366,7 +420,15 @@ impl Search<'_> {
         let GasRef { gas, alternative } = projection.gas;
         let tried = alternative + 1;
         if tried < limit {
-            self.choices.push((point, Choice::Alternative { node, gas, tried, limit }));
+            self.choices.push((
+                point,
+                Choice::Alternative {
+                    node,
+                    gas,
+                    tried,
+                    limit,
+                },
+            ));
         } else {
             // HEURISTIC: counted as cut short even if geometry has no further solution: only asking would tell.
             self.truncated.alternatives += 1;
@@ -387,7 +449,13 @@ impl Search<'_> {
         done[subtask] = true;
         self.cells.push(Cell { parent, instance, done });
         self.head = Some(self.cells.len() - 1);
-        let Instance { method, decomposition, frame, node, depth } = &mut self.instances[instance];
+        let Instance {
+            method,
+            decomposition,
+            frame,
+            node,
+            depth,
+        } = &mut self.instances[instance];
         let todo = &domain.methods[method.index()].decompositions[*decomposition].subtasks[subtask];
         let mut args = Vec::with_capacity(todo.args.len());
         for (position, arg) in todo.args.iter().enumerate() {
@@ -400,7 +468,13 @@ impl Search<'_> {
             }
         }
         let (parent, depth) = (Some(*node), *depth + 1);
-        self.nodes.push(TreeNode { task: todo.task, args, parent, subtask, decomposition: None });
+        self.nodes.push(TreeNode {
+            task: todo.task,
+            args,
+            parent,
+            subtask,
+            decomposition: None,
+        });
         self.reach(self.nodes.len() - 1, depth)
     }
 
@@ -413,7 +487,10 @@ impl Search<'_> {
             TaskId::Method(method) => {
                 if depth > self.settings.budget.depth {
                     self.truncated.depth += 1;
-                    return self.refuse(Refusal::TooDeep { task: self.show_node(node), depth });
+                    return self.refuse(Refusal::TooDeep {
+                        task: self.show_node(node),
+                        depth,
+                    });
                 }
                 let method = &domain.methods[method.index()];
                 if let Some(goal) = &method.goal {
@@ -432,7 +509,9 @@ impl Search<'_> {
     /// Applies the first decomposition from `next` on whose precondition holds; leaves a choice point for the rest.
     fn decompose(&mut self, point: Point, node: usize, depth: usize, next: usize) -> Flow {
         let domain = self.context.domain;
-        let TaskId::Method(id) = self.nodes[node].task else { return Flow::Back };
+        let TaskId::Method(id) = self.nodes[node].task else {
+            return Flow::Back;
+        };
         let method = &domain.methods[id.index()];
         for (index, decomposition) in method.decompositions.iter().enumerate().skip(next) {
             let mut frame = frame(&self.nodes[node].args, method.n_vars);
@@ -443,10 +522,23 @@ impl Search<'_> {
                 continue;
             }
             if index + 1 < method.decompositions.len() {
-                self.choices.push((point, Choice::Decomposition { node, depth, next: index + 1 }));
+                self.choices.push((
+                    point,
+                    Choice::Decomposition {
+                        node,
+                        depth,
+                        next: index + 1,
+                    },
+                ));
             }
             self.nodes[node].decomposition = Some(index);
-            self.instances.push(Instance { method: id, decomposition: index, frame, node, depth });
+            self.instances.push(Instance {
+                method: id,
+                decomposition: index,
+                frame,
+                node,
+                depth,
+            });
             return self.bind_from(self.instances.len() - 1, 0);
         }
         Flow::Back
@@ -455,7 +547,13 @@ impl Search<'_> {
     /// Runs the binders of an instance from `binder` on; when all are done, puts it on the agenda.
     fn bind_from(&mut self, instance: usize, binder: usize) -> Flow {
         let domain = self.context.domain;
-        let Instance { method, decomposition, frame, node, .. } = &mut self.instances[instance];
+        let Instance {
+            method,
+            decomposition,
+            frame,
+            node,
+            ..
+        } = &mut self.instances[instance];
         let decomposition = &domain.methods[method.index()].decompositions[*decomposition];
         let node = *node;
         for (index, b) in decomposition.binders.iter().enumerate().skip(binder) {
@@ -464,7 +562,13 @@ impl Search<'_> {
                     // A path through NULL names NULL; tests on it then fail like the path itself.
                     frame[var.index()] = self.context.value(value, frame).unwrap_or(Value::Null);
                 }
-                Binder::Select { var, var_name, ty, filter, order } => {
+                Binder::Select {
+                    var,
+                    var_name,
+                    ty,
+                    filter,
+                    order,
+                } => {
                     let all = &domain.types[ty.index()].entities;
                     let mut candidates = Vec::new();
                     for e in all {
@@ -497,19 +601,35 @@ impl Search<'_> {
                         return self.refuse(refusal);
                     }
                     let candidates = candidates.into_iter().map(|(_, v)| v).collect();
-                    let (point, choice) =
-                        (self.point(), Choice::Binding { instance, binder: index, candidates, next: 0 });
+                    let (point, choice) = (
+                        self.point(),
+                        Choice::Binding {
+                            instance,
+                            binder: index,
+                            candidates,
+                            next: 0,
+                        },
+                    );
                     return self.retry(point, choice);
                 }
             }
         }
-        self.cells.push(Cell { parent: self.head, instance, done: vec![false; decomposition.subtasks.len()] });
+        self.cells.push(Cell {
+            parent: self.head,
+            instance,
+            done: vec![false; decomposition.subtasks.len()],
+        });
         self.head = Some(self.cells.len() - 1);
         Flow::Forward
     }
 
     fn bind(&mut self, instance: usize, binder: usize, value: Value) -> Flow {
-        let Instance { method, decomposition, frame, .. } = &mut self.instances[instance];
+        let Instance {
+            method,
+            decomposition,
+            frame,
+            ..
+        } = &mut self.instances[instance];
         let decomposition = &self.context.domain.methods[method.index()].decompositions[*decomposition];
         if let Binder::Select { var, .. } = &decomposition.binders[binder] {
             frame[var.index()] = value;
@@ -527,18 +647,31 @@ impl Search<'_> {
             let task = self.show_node(node);
             return self.refuse(Refusal::Precondition { task, literal, met });
         }
-        let Some(projection) = &action.projects else { return self.apply_action(node, None) };
+        let Some(projection) = &action.projects else {
+            return self.apply_action(node, None);
+        };
         let mut args = Vec::with_capacity(projection.args.len());
         for (position, arg) in projection.args.iter().enumerate() {
             match self.context.value(arg, &mut frame) {
                 Some(value) if value != Value::Null => args.push(value),
-                _ => return self.refuse(Refusal::NullArgument { task: self.show_node(node), position }),
+                _ => {
+                    return self.refuse(Refusal::NullArgument {
+                        task: self.show_node(node),
+                        position,
+                    });
+                }
             }
         }
         self.read_ahead(action, &mut frame);
         let point = self.point();
         self.statistics.projections += 1;
-        match self.context.reasoner.project(domain, &Call { name: &projection.name, args: &args }) {
+        match self.context.reasoner.project(
+            domain,
+            &Call {
+                name: &projection.name,
+                args: &args,
+            },
+        ) {
             Ok(solution) => {
                 let limit = action.alternatives.unwrap_or(self.settings.branching);
                 self.push_alternatives(point, node, solution, limit);
@@ -554,7 +687,9 @@ impl Search<'_> {
     /// Applies the effects; after a projection all shared attributes are read anew from geometry (thesis 4.3.5).
     fn apply_action(&mut self, node: usize, projection: Option<Projection>) -> Flow {
         let domain = self.context.domain;
-        let TaskId::Action(id) = self.nodes[node].task else { return Flow::Back };
+        let TaskId::Action(id) = self.nodes[node].task else {
+            return Flow::Back;
+        };
         let action = &domain.actions[id.index()];
         let args = self.nodes[node].args.clone();
         let mut frame = frame(&args, action.n_vars);
@@ -565,7 +700,9 @@ impl Search<'_> {
         let least = self.context.number(&action.duration.0, &mut frame);
         let most = self.context.number(&action.duration.1, &mut frame);
         let (cost, least, most) = match (cost, least, most) {
-            (Some(c), Some(l), Some(m)) if c >= 0.0 && l >= 0.0 && m >= l && m.is_finite() && c.is_finite() => (c, l, m),
+            (Some(c), Some(l), Some(m)) if c >= 0.0 && l >= 0.0 && m >= l && m.is_finite() && c.is_finite() => {
+                (c, l, m)
+            }
             (c, l, m) => {
                 let bad = |x: &Option<f64>| x.is_none_or(|x| !(x >= 0.0 && x.is_finite()));
                 let (what, value) = if bad(&c) {
@@ -576,7 +713,11 @@ impl Search<'_> {
                     ("most duration", m)
                 };
                 let task = self.show_node(node);
-                return self.refuse(Refusal::BadNumber { task, what, value: value.unwrap_or(f64::NAN) });
+                return self.refuse(Refusal::BadNumber {
+                    task,
+                    what,
+                    value: value.unwrap_or(f64::NAN),
+                });
             }
         };
         let mut writes = Vec::new();
@@ -594,7 +735,16 @@ impl Search<'_> {
         self.cost += cost;
         let length = projection.map_or(0.0, |p| p.duration);
         let duration = (least.max(length), most.max(length));
-        self.steps.push(Step { action: id, args, gas: projection.map(|p| p.gas), cost, duration, reads, writes, node });
+        self.steps.push(Step {
+            action: id,
+            args,
+            gas: projection.map(|p| p.gas),
+            cost,
+            duration,
+            reads,
+            writes,
+            node,
+        });
         if self.steps.len() > self.why_not.deepest.len() {
             self.why_not.deepest = self.steps.iter().map(|s| self.show_node(s.node)).collect();
         }

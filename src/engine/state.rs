@@ -20,7 +20,10 @@ impl State {
         for slot in unread {
             values[slot.index()] = None;
         }
-        State { values, trail: Vec::new() }
+        State {
+            values,
+            trail: Vec::new(),
+        }
     }
 
     /// Returns the value, or `None` if it must be read from geometry first.

@@ -18,11 +18,19 @@ pub enum Refusal {
         met: String,
     },
     /// No entity passed a SELECT.
-    NoBinding { task: String, variable: String, candidates: usize },
+    NoBinding {
+        task: String,
+        variable: String,
+        candidates: usize,
+    },
     /// A subtask's argument was NULL when it was reached.
     NullArgument { task: String, position: usize },
     /// A cost or a duration was negative or not a number.
-    BadNumber { task: String, what: &'static str, value: f64 },
+    BadNumber {
+        task: String,
+        what: &'static str,
+        value: f64,
+    },
     /// Geometry found no (further) solution.
     Geometry(ActionRefusal),
     /// The plan would cost at least as much as the best one known.
@@ -87,7 +95,11 @@ impl fmt::Display for Cause {
 
 impl fmt::Display for ActionRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let further = if self.found_before > 0 { "no further solution" } else { "no solution" };
+        let further = if self.found_before > 0 {
+            "no further solution"
+        } else {
+            "no solution"
+        };
         write!(f, "{}: {further}", self.call)?;
         if self.tried > 0 {
             let end = if self.exhausted { "all" } else { "the budget's" };
@@ -112,13 +124,21 @@ impl fmt::Display for Refusal {
         match self {
             Refusal::Precondition { task, literal, met } if met.is_empty() => write!(f, "{task}: {literal} is false"),
             Refusal::Precondition { task, literal, met } => write!(f, "{task}: {literal} is false ({met})"),
-            Refusal::NoBinding { task, variable, candidates } => {
+            Refusal::NoBinding {
+                task,
+                variable,
+                candidates,
+            } => {
                 write!(f, "{task}: none of {candidates} entities can be {variable}")
             }
             Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
-            Refusal::BadNumber { task, what, value } => write!(f, "{task}: its {what} is {value}, which is not a number >= 0"),
+            Refusal::BadNumber { task, what, value } => {
+                write!(f, "{task}: its {what} is {value}, which is not a number >= 0")
+            }
             Refusal::Geometry(refusal) => write!(f, "{refusal}"),
-            Refusal::TooCostly { cost, bound } => write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}"),
+            Refusal::TooCostly { cost, bound } => {
+                write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}")
+            }
             Refusal::TooDeep { task, depth } => write!(f, "{task}: more than {depth} methods deep"),
         }
     }

@@ -138,13 +138,10 @@ fn compound(
     if reached == Some(None) {
         return Err(Kind::GoalHeldAlready {}.into());
     }
-    let decomposition = method
-        .decompositions
-        .get(index)
-        .ok_or_else(|| Kind::NoSuchDecomposition {
-            index,
-            count: method.decompositions.len(),
-        })?;
+    let decomposition = method.decompositions.get(index).ok_or(Kind::NoSuchDecomposition {
+        index,
+        count: method.decompositions.len(),
+    })?;
     if let Some(test) = view.failing(&decomposition.preconditions, &mut frame) {
         return Err(Kind::DecompositionPrecondition { index, test }.into());
     }

@@ -32,7 +32,10 @@ impl<'a> View<'a> {
 
     fn slot(&self, base: &Value, attribute: AttributeId) -> Option<SlotId> {
         match base {
-            Value::Entity(e) => self.domain.attributes[attribute.index()].slots.get(e.index()).copied()?,
+            Value::Entity(e) => self.domain.attributes[attribute.index()]
+                .slots
+                .get(e.index())
+                .copied()?,
             _ => None,
         }
     }
@@ -217,7 +220,11 @@ impl<'a> View<'a> {
                     ArithmeticOp::Multiply => "*",
                     ArithmeticOp::Divide => "/",
                 };
-                format!("({} {op} {})", self.show_expr(left, frame), self.show_expr(right, frame))
+                format!(
+                    "({} {op} {})",
+                    self.show_expr(left, frame),
+                    self.show_expr(right, frame)
+                )
             }
             Expr::Negate(inner) => format!("-{}", self.show_expr(inner, frame)),
             Expr::SetWith { set, element } => {
@@ -251,7 +258,13 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
 }
 
 /// Runs effects in order, each seeing what the ones before have changed. An assignment through NULL does nothing.
-pub(super) fn apply(domain: &Domain, values: &mut [Value], effects: &[Effect], frame: &mut [Value], geometric: (f64, f64)) {
+pub(super) fn apply(
+    domain: &Domain,
+    values: &mut [Value],
+    effects: &[Effect],
+    frame: &mut [Value],
+    geometric: (f64, f64),
+) {
     for effect in effects {
         let view = View {
             domain,

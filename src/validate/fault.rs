@@ -116,6 +116,7 @@ kinds! {
     Format { found: String } = "format", "the document's format is `{found}`, not `sgap-plan`";
     Version { found: u32, known: u32 } = "version", "the document has version {found}, this program reads {known}";
     NotFinite { what: String } = "not-finite", "{what} is not a finite number";
+    Quaternion { what: String, length: f64 } = "quaternion", "the quaternion of {what} has length {length}, not 1";
     Index { position: usize, index: usize } = "index", "the action at position {position} says that it is action {index}";
     UnknownName { what: &'static str, name: String } = "unknown-name", "there is no {what} `{name}`";
     ArgumentCount { task: String, expected: usize, found: usize } = "argument-count",
@@ -187,6 +188,7 @@ kinds! {
         "`{joint}` accelerates at {acceleration:.4} per second squared, its limit is {limit:.4}";
     NotStraight { distance: f64, angle: f64 } = "not-straight",
         "the tool leaves the straight line by {distance:.4} m and {angle:.4} rad";
+    TooLong { budget: u64 } = "too-long", "more than {budget} configurations would have to be checked";
     Collision { a: String, b: String, depth: f64 } = "collision", "`{a}` is {depth:.4} m deep in `{b}`";
 
     // Objects.

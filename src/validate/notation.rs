@@ -108,11 +108,7 @@ fn atom(domain: &Domain, text: &str) -> Option<Value> {
         }
         _ => match domain.entity(text) {
             Some(e) => Some(Value::Entity(e)),
-            None => text
-                .parse()
-                .ok()
-                .filter(|x: &f64| x.is_finite())
-                .map(Value::Number),
+            None => text.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Number),
         },
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn check(
             .into());
         }
     }
-    let mut all = links.clone();
+    let mut all = links;
     for stream in plan.streams.values() {
         all.extend(stream.windows(2).map(|w| (w[0], w[1])));
     }
@@ -82,17 +82,17 @@ pub(super) fn check(
         }
     }
     let run = |order: &[usize]| linear(domain, done, first, order);
-    for x in 0..n {
-        let needed: Vec<usize> = (0..x).filter(|i| by_links[x][*i]).chain([x]).collect();
+    for (x, before) in by_links.iter().enumerate() {
+        let needed: Vec<usize> = (0..x).filter(|i| before[*i]).chain([x]).collect();
         if let Err((broken, condition)) = run(&needed)
             && broken == x
         {
             return Err(named(Kind::LinkMissing { after: x, condition }.into(), x));
         }
     }
-    for x in 0..n {
-        let early = (0..n).filter(|i| by_order[x][*i]).chain([x]);
-        let early: Vec<usize> = early.chain((0..n).filter(|i| *i != x && !by_order[x][*i])).collect();
+    for (x, before) in by_order.iter().enumerate() {
+        let early = (0..n).filter(|i| before[*i]).chain([x]);
+        let early: Vec<usize> = early.chain((0..n).filter(|i| *i != x && !before[*i])).collect();
         let late = (0..n).filter(|i| *i != x && !by_order[*i][x]);
         let late: Vec<usize> = late.chain([x]).chain((0..n).filter(|i| by_order[*i][x])).collect();
         for order in [early, late] {
