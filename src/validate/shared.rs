@@ -90,12 +90,7 @@ impl<'a> Shared<'a> {
     }
 
     /// Reads the facts of the start state into `values`.
-    pub(super) fn read_start(
-        &mut self,
-        state: &State,
-        values: &mut [Value],
-        verdict: &mut Verdict,
-    ) -> Checked<()> {
+    pub(super) fn read_start(&mut self, state: &State, values: &mut [Value], verdict: &mut Verdict) -> Checked<()> {
         for shared in &self.slots {
             let mut members = EntitySet::default();
             for (e, with) in &shared.candidates {
