@@ -2,7 +2,7 @@
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems};
-use crate::ir::{self, Domain, Goal};
+use crate::ir::{Domain, Goal};
 use crate::source::{FileId, Files, Sources};
 use crate::syntax;
 use crate::world::{self, Literal, World};
@@ -110,7 +110,7 @@ fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<F
 }
 
 fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain, problems: &mut Problems) -> Option<Goal> {
-    let (goal, found) = ir::parse_goal(text, file, offset, domain);
+    let (goal, found) = check::parse_goal(text, file, offset, domain);
     problems.extend(found);
     goal
 }

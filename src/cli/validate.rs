@@ -28,7 +28,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
         super::report(Problems(vec![problem]), &Sources::default(), None)
     })?;
-    match validate::replay(&plan, &domain, &goal, &world, &validate::SETTINGS) {
+    match validate::replay(&plan, &domain, &goal, &world, &validate::Settings::STANDARD) {
         Ok(verdict) => print(&format!("valid: {verdict}\n")),
         Err(fault) => {
             say(&format!("invalid: {fault}\n"));

@@ -3,9 +3,11 @@
 //! Pure functions of a state and a seed: nobody moves the robot to ask a question, and asking twice gives the same answer.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::arm_space::{ArmSpace, Clearance};
+use super::key::Key;
 use super::prepared::{Owner, Prepared, link_poses, place_all};
 use crate::geom::collide::ray;
 use crate::geom::ik;
@@ -29,7 +31,7 @@ const TOUCH: f64 = 0.01;
 
 /// Budget of one inverse kinematics call of isReachable.
 const REACH_IK: ik::Settings =
-    ik::Settings { max_iterations: 60, restarts: 12, position_tolerance: 1e-4, rotation_tolerance: 1e-3 };
+    ik::Settings { max_iterations: 60, restarts: 30, position_tolerance: 1e-4, rotation_tolerance: 1e-3 };
 
 /// Says whether `a` stands on a support face of `b`: a stable orientation, its bottom inside the face and touching it.
 /// A held object stands on nothing.
@@ -71,11 +73,13 @@ pub(super) fn is_reachable(
     state: &State,
     object: usize,
     agent: usize,
-    rng: &mut ChaCha8Rng,
+    seed: u64,
 ) -> bool {
     if has_in_hand(state, agent, object) {
         return false;
     }
+    let stream = Key::new(seed).state(state).text("isReachable").number(object as u64).number(agent as u64);
+    let rng = &mut ChaCha8Rng::seed_from_u64(stream.0);
     let body = &scene.agents[agent];
     (0..body.arms.len()).any(|arm| {
         // A full hand cannot take another object.

@@ -16,9 +16,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 pub use description::{ACTIONS, APPROACH, Description};
 pub use facts::FACTS;
 pub use solve::{Counts, Settings};
@@ -117,9 +114,7 @@ impl<'a> Grp<'a> {
         self.counts.facts += 1;
         let holds = match fact {
             Fact::IsReachable { object, agent } => {
-                let stream = key.text("isReachable").number(object as u64).number(agent as u64);
-                let mut rng = ChaCha8Rng::seed_from_u64(stream.0);
-                facts::is_reachable(scene, prepared, state, object, agent, &mut rng)
+                facts::is_reachable(scene, prepared, state, object, agent, self.seed)
             }
             Fact::IsVisible { object, agent } => facts::is_visible(scene, prepared, state, object, agent),
             Fact::IsOn { .. } | Fact::HasInHand { .. } => false,
@@ -239,7 +234,7 @@ impl<'a> Grp<'a> {
         }
         let gas = GasNum(self.gases.len() as u32);
         let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
-        let room = Room { scene, prepared, settings, stop: &self.stop };
+        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
         let search = Search::new(&room, description, arguments, state, key);
         self.gases.push(Gas { search, solved: Vec::new() });
         self.by_key.insert(key, gas);
@@ -249,7 +244,7 @@ impl<'a> Grp<'a> {
     /// Applies solution number `alternative` of an action, computed now unless it was before.
     fn solution(&mut self, gas: GasNum, alternative: u32) -> Result<Projection, ActionRefusal> {
         let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
-        let room = Room { scene, prepared, settings, stop: &self.stop };
+        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
         let entry = &mut self.gases[gas.0 as usize];
         while entry.solved.len() <= alternative as usize {
             let Ok(solution) = entry.search.next_solution(&room, &mut self.counts) else {

@@ -115,6 +115,8 @@ pub(super) struct Room<'a> {
     pub scene: &'a Scene,
     pub prepared: &'a Prepared,
     pub settings: Settings,
+    /// Of the facts' random streams.
+    pub seed: u64,
     pub stop: &'a AtomicBool,
 }
 
@@ -342,7 +344,7 @@ impl Attempt<'_, '_> {
             let holds = match (required, receiver) {
                 (Required::ReachableByReceiver, Some(receiver)) => {
                     self.counts.facts += 1;
-                    facts::is_reachable(room.scene, room.prepared, state, object, receiver, &mut self.rng)
+                    facts::is_reachable(room.scene, room.prepared, state, object, receiver, room.seed)
                 }
                 (Required::ReachableByReceiver, None) => false,
             };
