@@ -315,7 +315,7 @@ const RRT: rrt_connect::Settings = rrt_connect::Settings {
 #[divan::bench]
 fn is_free_arm(bencher: Bencher) {
     let mut arm = arm();
-    let q = configurations(&arm.dofs.clone(), 7);
+    let q = configurations(&arm.dofs, 7);
     let mut next = counter();
     bencher.bench_local(|| arm.is_free(black_box(&q[next()])));
 }

@@ -175,6 +175,8 @@ fn what_is_not_a_number_touches() {
     let X = Pose::translation(f64::NAN, 0.0, 0.0);
     assert!(touch(&s, &X, &t, &Pose::identity()));
     assert_eq!(distance(&s, &X, &t, &Pose::identity()), 0.0);
+    assert_eq!(ray(&t, &X, &Vec3::zeros(), &Vec3::x(), 5.0), Some(0.0));
+    assert_eq!(ray(&s, &X, &Vec3::zeros(), &Vec3::x(), 5.0), Some(0.0));
 }
 
 /// Found among three million pairs: GJK stalls 3 m apart in this order, and is right in the other.
@@ -195,13 +197,9 @@ fn a_stalled_gjk_is_noticed() {
         let q = nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]);
         Pose::from_parts(Vec3::from(p).into(), UnitQuaternion::new_unchecked(q))
     };
+    let r = std::f64::consts::FRAC_1_SQRT_2;
     let X = pose(
-        [
-            -0.7071067811865476,
-            4.329780281177467e-17,
-            -0.7071067811865475,
-            -4.329780281177466e-17,
-        ],
+        [-r, 4.329780281177467e-17, -r.next_down(), -4.329780281177466e-17],
         [0.9418021282933452, 0.8183494599094949, 1e-6],
     );
     let Y = pose(
