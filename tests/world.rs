@@ -2,6 +2,7 @@
 //!
 //! A new case is one file in `tests/suite/world/ok` or `bad`; a `.urdf` there is loaded as a robot's URDF. Snapshots lie beside their case.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+#![expect(clippy::unwrap_used, reason = "tests may unwrap")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -216,6 +217,22 @@ fn the_shipped_worlds_load() {
         assert!(contacts(&world.scene, &world.start, 1e-6).is_empty());
         let (task, span) = world.task.unwrap();
         assert_eq!(&std::fs::read_to_string(path).unwrap()[span.range()], task);
+    }
+}
+
+#[test]
+fn every_posture_of_the_models_is_free_of_collisions() {
+    let mut world = world("worlds/three_objects.toml");
+    for a in 0..world.scene.agents.len() {
+        let start = world.start.clone();
+        // Alone in the world, so that only the posture counts.
+        world.start.agents[a].X_WB = Pose::translation(50.0, 0.0, 0.0);
+        for (name, q) in world.scene.agents[a].postures.clone() {
+            world.start.agents[a].q = q;
+            let found = contacts(&world.scene, &world.start, 1e-6);
+            assert!(found.is_empty(), "{name}: {found:?}");
+        }
+        world.start = start;
     }
 }
 
@@ -593,5 +610,63 @@ fn robot_and_human_share_a_part_of_the_table_and_not_the_side_table() {
             }
         }
         assert!(shared >= least, "{path}: {shared} cells of {cell} m");
+    }
+}
+
+#[test]
+fn the_example_of_the_manual_loads() {
+    let manual = std::fs::read_to_string("docs/worlds.md").unwrap();
+    let example = manual.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let files = CaseFiles(BTreeMap::from([(
+        "worlds/manual.toml".to_string(),
+        example.to_string(),
+    )]));
+    let (world, problems, sources) = load_with("worlds/manual.toml", &files);
+    assert!(problems.0.is_empty(), "{}", render::render(&problems, &sources, false));
+    assert_eq!(world.unwrap().scene.objects.len(), 2);
+}
+
+/// Files without one of their lines, or cut off: problems or a world, never a panic; and places that lie within the text.
+#[test]
+fn damaged_files_never_panic() {
+    for (path, world) in [
+        ("worlds/three_objects.toml", "worlds/three_objects.toml"),
+        ("worlds/models/pr2.toml", "worlds/three_objects.toml"),
+        ("worlds/models/human.urdf", "worlds/three_objects.toml"),
+        (
+            "tests/suite/world/ok/everything.toml",
+            "tests/suite/world/ok/everything.toml",
+        ),
+    ] {
+        let text = std::fs::read_to_string(path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let without = (0..lines.len()).map(|n| [&lines[..n], &lines[n + 1..]].concat().join("\n"));
+        let cut = (0..text.len())
+            .step_by(97)
+            .filter_map(|n| Some(text.get(..n)?.to_string()));
+        for damaged in without.chain(cut) {
+            let files = CaseFiles(BTreeMap::from([(path.to_string(), damaged)]));
+            let (_, problems, sources) = load_with(world, &files);
+            for label in problems.0.iter().filter_map(|p| p.primary.as_ref()) {
+                assert!(sources.get(label.span.file).text.get(label.span.range()).is_some());
+            }
+        }
+    }
+}
+
+#[test]
+fn deep_nesting_is_a_problem_and_not_a_crash() {
+    let deep = |open: &str, n: usize| open.repeat(n);
+    for (path, text) in [
+        ("w.toml", format!("task = {}", deep("[", 100_000))),
+        ("m.toml", format!("urdf = {}", deep("{a=", 100_000))),
+        ("r.urdf", format!("<robot>{}", deep("<a>", 100_000))),
+    ] {
+        let mut files = BTreeMap::from([
+            ("w.toml".to_string(), "[robots.R]\nmodel = \"m.toml\"".to_string()),
+            ("m.toml".to_string(), "urdf = \"r.urdf\"".to_string()),
+        ]);
+        files.insert(path.to_string(), text);
+        assert!(load_with("w.toml", &CaseFiles(files)).1.has_errors());
     }
 }

@@ -156,7 +156,7 @@ fn shape(table: &Table<'_>, problems: &mut Problems) -> Option<Shape> {
         let sides = value.vector::<3>(&format!("`box` of {place}"), problems)?;
         return sides
             .iter()
-            .fold(true, |ok, side| size(*side, "wide", place, value.span, problems) && ok)
+            .all(|side| size(*side, "wide", place, value.span, problems))
             .then(|| Shape::Box {
                 half: Vec3::from(sides) / 2.0,
             });
@@ -236,9 +236,7 @@ fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
     }
     let (sides, span) = table.vector::<2>("size", problems)?;
     let place = &table.place;
-    let ok = sides
-        .iter()
-        .fold(true, |ok, side| size(*side, "wide", place, span, problems) && ok);
+    let ok = sides.iter().all(|side| size(*side, "wide", place, span, problems));
     ok.then_some(Support {
         name: name?,
         X_OF,
