@@ -19,13 +19,7 @@ pub struct Agents {
 }
 
 /// Reads both tables; every model file is read once.
-pub fn read(
-    root: &Table<'_>,
-    path: &str,
-    sources: &mut Sources,
-    files: &dyn Files,
-    problems: &mut Problems,
-) -> Agents {
+pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Files, problems: &mut Problems) -> Agents {
     let mut models: IndexMap<String, Option<Model>> = IndexMap::new();
     let mut all = Agents::default();
     for (key, kind, word) in [

@@ -1,13 +1,14 @@
 //! Grasps of a parallel gripper, from an object's shape (thesis 3.3.1, which precomputes them elsewhere).
 //!
-//! Antipodal: the fingers close on opposite faces, or across a diameter. Each part is grasped on its own; whether the hand then
-//! hits another part, or the table, is found when the grasp is used, as is whether a given gripper opens wide enough.
+//! Antipodal: the fingers close on opposite faces, or across a diameter. Each part is grasped on its own,
+//! where other parts leave room for the fingers; whether the hand hits them, or a table, is found when the grasp is used, as is whether a given gripper opens wide enough.
 //! A gripper is taken for symmetric: turning it half about its approach is the same grasp.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use nalgebra::{ComplexField, Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::PI;
 
+use super::supports::holds;
 use super::{Grasp, Part};
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
@@ -16,6 +17,8 @@ use crate::geom::{Pose, Vec3};
 const WIDEST: f64 = 0.08;
 /// The tool goes at most this deep below the near face [m]. HEURISTIC: half of a finger that reaches 0.06 m out of its palm.
 const DEPTH: f64 = 0.03;
+/// A finger needs this much room beside the face that it closes on [m].
+const FINGER: f64 = 0.005;
 /// Directions around a round shape.
 const AROUND: usize = 8;
 /// A round shape longer than this is grasped below and above its middle, too [m].
@@ -32,11 +35,15 @@ pub fn grasps(parts: &[Part]) -> Vec<Grasp> {
             String::new()
         };
         for (name, X_ST, width) in of_shape(&part.shape) {
-            all.push(Grasp {
-                name: format!("{prefix}{name}"),
-                X_OT: part.X_OS * X_ST,
-                width,
-            });
+            let X_OT = part.X_OS * X_ST;
+            let room = |side: f64| {
+                let p_OF = X_OT * nalgebra::Point3::new(0.0, side * (width / 2.0 + FINGER), 0.0);
+                !parts.iter().any(|other| holds(other, &p_OF.coords))
+            };
+            if room(1.0) && room(-1.0) {
+                let name = format!("{prefix}{name}");
+                all.push(Grasp { name, X_OT, width });
+            }
         }
     }
     all
@@ -63,7 +70,11 @@ fn of_shape(shape: &Shape) -> Vec<(String, Pose, f64)> {
 
 /// A box: each pair of faces that is near enough, from each of the four sides between them.
 fn of_box(half: &Vec3) -> Vec<(String, Pose, f64)> {
-    let axes = [(Vec3::x(), half.x, "x"), (Vec3::y(), half.y, "y"), (Vec3::z(), half.z, "z")];
+    let axes = [
+        (Vec3::x(), half.x, "x"),
+        (Vec3::y(), half.y, "y"),
+        (Vec3::z(), half.z, "z"),
+    ];
     let mut found = Vec::new();
     for (closing, h_closing, closing_name) in &axes {
         if 2.0 * h_closing > WIDEST {
@@ -73,11 +84,7 @@ fn of_box(half: &Vec3) -> Vec<(String, Pose, f64)> {
             for (sign, sign_name) in [(1.0, "+"), (-1.0, "-")] {
                 let outward = side * sign;
                 let tool = tool_at(outward, outward * (h_side - h_side.min(DEPTH)), *closing);
-                found.push((
-                    format!("{sign_name}{side_name}/{closing_name}"),
-                    tool,
-                    2.0 * h_closing,
-                ));
+                found.push((format!("{sign_name}{side_name}/{closing_name}"), tool, 2.0 * h_closing));
             }
         }
     }

@@ -30,7 +30,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
         }
     };
     let file = sources.add(path, text.clone());
-    let Some(toml) = table::parse(&text, file, "world::not-toml", &mut problems) else {
+    let Some(toml) = table::parse(&text, file, &mut problems) else {
         return (None, problems.sorted());
     };
     let root = Table::root(&toml, file, "the world file");
@@ -52,10 +52,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let objects: Vec<ObjectState> = poses
         .into_iter()
         .flatten()
-        .map(|pose| ObjectState {
-            X_WO: pose,
-            held: None,
-        })
+        .map(|pose| ObjectState { X_WO: pose, held: None })
         .collect();
     let scene = Scene {
         agents: agents.agents,
@@ -65,8 +62,14 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
         agents: agents.states,
         objects,
     };
+    // One problem for two entities, however many of their parts overlap.
+    let mut pairs: IndexMap<(EntityRef, EntityRef), Vec<Contact>> = IndexMap::new();
     for contact in contacts(&scene, &start, TOUCH) {
-        problems.push(start_in_collision(&scene, &contact, &spans));
+        let pair = (contact.a.entity, contact.b.entity);
+        pairs.entry(pair).or_default().push(contact);
+    }
+    for contacts in pairs.values() {
+        problems.0.extend(start_in_collision(&scene, contacts, &spans));
     }
     let world = World {
         scene,
@@ -96,13 +99,22 @@ fn inside_quotes(text: &str, span: Span) -> Span {
 /// An id names one entity: robots, humans and objects share their names.
 fn unique_ids(agents: &Agents, written: &[Written<'_>], problems: &mut Problems) {
     let mut first: IndexMap<&str, Span> = IndexMap::new();
-    let agents = agents.agents.iter().zip(&agents.spans).map(|(a, s)| (a.id.as_str(), *s));
+    let agents = agents
+        .agents
+        .iter()
+        .zip(&agents.spans)
+        .map(|(a, s)| (a.id.as_str(), *s));
     for (id, span) in agents.chain(written.iter().map(|w| (w.name.text, w.name.span))) {
         match first.get(id) {
             Some(known) => problems.push(
-                Problem::error("world::duplicate-id", format!("two entities are named `{id}`"), span, "again here")
-                    .note(*known, "first here")
-                    .help("robots, humans and objects share their names: rename one"),
+                Problem::error(
+                    "world::duplicate-id",
+                    format!("two entities are named `{id}`"),
+                    span,
+                    "again here",
+                )
+                .note(*known, "first here")
+                .help("robots, humans and objects share their names: rename one"),
             ),
             None => {
                 first.insert(id, span);
@@ -111,21 +123,30 @@ fn unique_ids(agents: &Agents, written: &[Written<'_>], problems: &mut Problems)
     }
 }
 
-fn start_in_collision(scene: &Scene, contact: &Contact, spans: &[Span]) -> Problem {
-    let index = |entity: EntityRef| match entity {
-        EntityRef::Agent(a) => a,
-        EntityRef::Object(o) => scene.agents.len() + o,
+fn start_in_collision(scene: &Scene, contacts: &[Contact], spans: &[Span]) -> Option<Problem> {
+    let deepest = contacts.iter().max_by(|x, y| x.depth.total_cmp(&y.depth))?;
+    let span = |entity: EntityRef| match entity {
+        EntityRef::Agent(a) => spans.get(a).copied(),
+        EntityRef::Object(o) => spans.get(scene.agents.len() + o).copied(),
     };
-    let depth = contact.depth * 1000.0;
-    let (a, b) = (&contact.a, &contact.b);
+    let depth = deepest.depth * 1000.0;
+    let more = match contacts.len() {
+        1 => String::new(),
+        n => format!("; {} more of their parts overlap", n - 1),
+    };
+    let (a, b) = (&deepest.a, &deepest.b);
     if a.entity == b.entity {
         let id = scene.id(a.entity);
         let message = format!(
             "`{id}` starts in collision with itself: `{}` is {depth:.1} mm deep in `{}`",
             b.part, a.part
         );
-        return Problem::error("world::start-in-collision", message, spans[index(a.entity)], "")
-            .help("change its posture or joints, or list the pair in `may_touch` of its model");
+        let more = more.replace("of their parts overlap", "pairs of links overlap");
+        return Some(
+            Problem::error("world::start-in-collision", message, span(a.entity)?, "").help(format!(
+                "change its posture or joints, or list the pair in `may_touch` of its model{more}"
+            )),
+        );
     }
     let named = |part: &str, entity| {
         if part.is_empty() {
@@ -139,7 +160,9 @@ fn start_in_collision(scene: &Scene, contact: &Contact, spans: &[Span]) -> Probl
         named(&b.part, b.entity),
         named(&a.part, a.entity)
     );
-    Problem::error("world::start-in-collision", message, spans[index(b.entity)], "this")
-        .note(spans[index(a.entity)], "and this")
-        .help(format!("move one of them by {depth:.1} mm or more"))
+    Some(
+        Problem::error("world::start-in-collision", message, span(b.entity)?, "this")
+            .note(span(a.entity)?, "and this")
+            .help(format!("move one of them by {depth:.1} mm or more{more}")),
+    )
 }

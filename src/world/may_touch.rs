@@ -19,12 +19,7 @@ const SAMPLES: usize = 64;
 const SEED: u64 = 0x5_9a9;
 
 /// Returns the pairs, smaller link first; `given` is part of them.
-pub fn pairs(
-    tree: &Tree,
-    bodies: &[Body],
-    rest: &[f64],
-    given: &BTreeSet<(usize, usize)>,
-) -> BTreeSet<(usize, usize)> {
+pub fn pairs(tree: &Tree, bodies: &[Body], rest: &[f64], given: &BTreeSet<(usize, usize)>) -> BTreeSet<(usize, usize)> {
     let solids: Vec<Solid> = bodies.iter().map(|b| Solid::new(&b.shape)).collect();
     let mut pairs = given.clone();
     let links: BTreeSet<usize> = bodies.iter().map(|b| b.link).collect();

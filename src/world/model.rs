@@ -50,7 +50,7 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
         }
     };
     let file = sources.add(path, text.clone());
-    let Some(toml) = table::parse(&text, file, "world::not-toml", &mut problems) else {
+    let Some(toml) = table::parse(&text, file, &mut problems) else {
         return (None, problems);
     };
     let root = Table::root(&toml, file, "the model file");
@@ -296,10 +296,7 @@ fn arms(root: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Vec<Arm> {
 }
 
 fn arm(name: &str, table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Arm> {
-    table.only(
-        &["base_link", "tip_link", "tool", "gripper", "hand_links"],
-        problems,
-    );
+    table.only(&["base_link", "tip_link", "tool", "gripper", "hand_links"], problems);
     let base = table.needed_text("base_link", "base_link = \"torso\"", problems);
     let tip = table.needed_text("tip_link", "tip_link = \"hand\"", problems);
     let base_link = base.and_then(|n| find_link(tree, n, &table.place, problems));

@@ -54,7 +54,9 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
     let listed_supports = listed(table, "supports", problems, support);
     let listed_grasps = listed(table, "grasps", problems, grasp);
     let parts = parts(table, problems)?;
-    let listed_stable = listed(table, "stable", problems, |t, problems| given_stable(t, &parts, problems));
+    let listed_stable = listed(table, "stable", problems, |t, problems| {
+        given_stable(t, &parts, problems)
+    });
     // What is given is taken as it is; what is not is computed. A fixed object is neither grasped nor put down.
     let stable = listed_stable.unwrap_or_else(|| {
         if movable {
@@ -154,7 +156,7 @@ fn shape(table: &Table<'_>, problems: &mut Problems) -> Option<Shape> {
         let sides = value.vector::<3>(&format!("`box` of {place}"), problems)?;
         return sides
             .iter()
-            .fold(true, |ok, side| size(*side, "wide", place, value.span, problems) && ok)
+            .all(|side| size(*side, "wide", place, value.span, problems))
             .then(|| Shape::Box {
                 half: Vec3::from(sides) / 2.0,
             });
@@ -216,7 +218,7 @@ fn listed<'a, T>(
 }
 
 fn entry_name(table: &Table<'_>, problems: &mut Problems) -> Option<String> {
-    let name = table.needed_text("name", "name = \"top\"", problems)?;
+    let name = table.needed_text("name", "name = \"..\"", problems)?;
     Some(name.text.to_string())
 }
 
@@ -225,13 +227,16 @@ fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
     let name = entry_name(table, problems);
     let X_OF = pose::read(table, problems);
     if !table.has("size") {
-        problems.push(problems::missing_key("size", &table.place, "size = [0.6, 0.4]", table.span));
+        problems.push(problems::missing_key(
+            "size",
+            &table.place,
+            "size = [0.6, 0.4]",
+            table.span,
+        ));
     }
     let (sides, span) = table.vector::<2>("size", problems)?;
     let place = &table.place;
-    let ok = sides
-        .iter()
-        .fold(true, |ok, side| size(*side, "wide", place, span, problems) && ok);
+    let ok = sides.iter().all(|side| size(*side, "wide", place, span, problems));
     ok.then_some(Support {
         name: name?,
         X_OF,

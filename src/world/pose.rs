@@ -1,7 +1,7 @@
 //! Poses as a file writes them: `xyz`, and `rpy` or `yaw`.
 
-use super::table::Table;
 use super::problems;
+use super::table::Table;
 use crate::diag::Problems;
 use crate::geom::{Pose, pose_xyz_rpy};
 

@@ -60,10 +60,7 @@ pub fn centroid(parts: &[Part]) -> Vec3 {
     if volume <= 0.0 {
         return Vec3::zeros();
     }
-    let moment: Vec3 = parts
-        .iter()
-        .map(|p| p.X_OS.translation.vector * p.shape.volume())
-        .sum();
+    let moment: Vec3 = parts.iter().map(|p| p.X_OS.translation.vector * p.shape.volume()).sum();
     moment / volume
 }
 

@@ -83,7 +83,7 @@ fn up_face(part: &Part) -> Option<(Pose, [f64; 2])> {
 }
 
 /// Says whether the point, measured in O, lies in the part.
-fn holds(part: &Part, p_O: &Vec3) -> bool {
+pub fn holds(part: &Part, p_O: &Vec3) -> bool {
     let p = part.X_OS.inverse() * nalgebra::Point3::from(*p_O);
     let across = (p.x * p.x + p.y * p.y).sqrt();
     match &part.shape {

@@ -1,4 +1,5 @@
 //! A table of a TOML file read key by key: every wrong value becomes a problem at its place, and reading goes on.
+//! Only a file that is not TOML ends at its first fault.
 //!
 //! Walks `toml`'s spanned tree by hand, because its serde door stops at the first fault.
 
@@ -33,24 +34,36 @@ pub struct Name<'a> {
     pub span: Span,
 }
 
-/// Parses a file; all syntax errors become problems.
-pub fn parse<'a>(text: &'a str, file: FileId, code: &'static str, problems: &mut Problems) -> Option<DeTable<'a>> {
-    let (table, errors) = DeTable::parse_recoverable(text);
-    let ok = errors.is_empty();
-    for error in errors {
-        let range = error.span().unwrap_or(0..0);
-        let message = error.message().lines().next().unwrap_or("not TOML").to_string();
-        problems.push(
-            Problem::error(
-                code,
-                format!("not TOML: {message}"),
-                Span::new(file, range.start, range.end),
-                "",
-            )
-            .help("texts and dotted names such as `\"PR2.type\"` go in quotes; every key stands once in its table"),
-        );
+/// Parses a file; the first syntax error becomes a problem, since what follows one is guesswork.
+pub fn parse<'a>(text: &'a str, file: FileId, problems: &mut Problems) -> Option<DeTable<'a>> {
+    let error = match DeTable::parse(text) {
+        Ok(table) => return Some(table.into_inner()),
+        Err(error) => error,
+    };
+    let mut range = error.span().unwrap_or(0..0);
+    if range.is_empty() {
+        // Something is missing here: best shown at the end of what stands before.
+        let before = text.get(..range.start).unwrap_or_default().trim_end();
+        range = before.len() - before.chars().next_back().map_or(0, char::len_utf8)..before.len();
     }
-    ok.then(|| table.into_inner())
+    let message = error.message().lines().next().unwrap_or_default();
+    let help = if message.contains("duplicate") {
+        "a key stands once in its table: rename or remove one"
+    } else if message.contains("comma") || message.contains("unclosed") {
+        "close the bracket that is open here, or add the comma"
+    } else {
+        "texts go in quotes, numbers and names of keys do not; see toml.io"
+    };
+    problems.push(
+        Problem::error(
+            "world::not-toml",
+            format!("not TOML: {message}"),
+            Span::new(file, range.start, range.end),
+            "",
+        )
+        .help(help),
+    );
+    None
 }
 
 /// Returns what a message calls the type of a value.
@@ -195,10 +208,7 @@ impl<'a> Value<'a> {
     /// Returns the text, or complains that `what` must be one.
     pub fn text(&self, what: &str, problems: &mut Problems) -> Option<Name<'a>> {
         match self.value {
-            DeValue::String(text) => Some(Name {
-                text,
-                span: self.span,
-            }),
+            DeValue::String(text) => Some(Name { text, span: self.span }),
             other => {
                 problems.push(problems::wrong_type(what, "a text", kind(other), self.span));
                 None

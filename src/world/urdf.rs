@@ -433,7 +433,8 @@ impl Xml {
             "prismatic" => Some((JointKind::Prismatic, false)),
             "floating" | "planar" | "spherical" => {
                 let message = format!("joint `{joint}` is `{kind}`, which is not supported");
-                let help = "the base of a robot is placed by the world file; elsewhere, chain revolute and prismatic joints";
+                let help =
+                    "the base of a robot is placed by the world file; elsewhere, chain revolute and prismatic joints";
                 self.error("urdf::joint-not-supported", message, span, help);
                 None
             }

@@ -25,7 +25,13 @@ pub fn place(written: &[Written<'_>], problems: &mut Problems) -> Vec<Option<Pos
     for _ in 0..written.len() {
         waiting.retain(|&(o, below, name)| {
             let Some(X_WB) = poses[below] else { return true };
-            let X_BO = on(&written[o].table, &written[o].object, &written[below].object, name, problems);
+            let X_BO = on(
+                &written[o].table,
+                &written[o].object,
+                &written[below].object,
+                name,
+                problems,
+            );
             poses[o] = X_BO.map(|X_BO| X_WB * X_BO);
             false
         });
@@ -109,7 +115,9 @@ fn ground<'a>(object: &Written<'a>, written: &[Written<'a>], problems: &mut Prob
             let known = written.iter().map(|w| w.name.text);
             let place = format!("`on` of {}", table.place);
             let code = "world::unknown-object";
-            problems.push(problems::unknown_name(code, "object", name.text, &place, known, name.span));
+            problems.push(problems::unknown_name(
+                code, "object", name.text, &place, known, name.span,
+            ));
             Ground::Wrong
         }
     }
@@ -119,9 +127,7 @@ fn ground<'a>(object: &Written<'a>, written: &[Written<'a>], problems: &mut Prob
 fn on(table: &Table<'_>, object: &Object, below: &Object, name: Name<'_>, problems: &mut Problems) -> Option<Pose> {
     let support = which_support(table, below, name, problems)?;
     let stable = which_stable(table, object, problems)?;
-    let (at, span) = table
-        .vector::<2>("at", problems)
-        .unwrap_or(([0.0, 0.0], name.span));
+    let (at, span) = table.vector::<2>("at", problems).unwrap_or(([0.0, 0.0], name.span));
     let yaw = table.number("yaw", problems).map_or(0.0, |(y, _)| y);
     let X_FQ = pose_xyz_rpy([at[0], at[1], 0.0], [0.0, 0.0, yaw]);
     let overhang = stable
@@ -180,7 +186,14 @@ fn which_support<'o>(
     if found.is_none() {
         let known = below.supports.iter().map(|s| s.name.as_str());
         let (place, code) = (format!("`{}`", below.id), "world::unknown-support");
-        problems.push(problems::unknown_name(code, "support", wanted.text, &place, known, wanted.span));
+        problems.push(problems::unknown_name(
+            code,
+            "support",
+            wanted.text,
+            &place,
+            known,
+            wanted.span,
+        ));
     }
     found
 }
