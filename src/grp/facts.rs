@@ -24,10 +24,11 @@ const CONTACT: f64 = 0.005;
 const OVERHANG: f64 = 0.001;
 /// Largest angle between a support's normal and the vertical: its cosine.
 const LEVEL: f64 = 0.9998;
-/// Share of an object's surface points that must be seen (design: 30 %).
+/// Share of an object's surface that must be seen (design: 30 %).
 const VISIBLE_SHARE: f64 = 0.3;
-/// How near a bare hand's tool point must come to the object's surface [m].
-const TOUCH: f64 = 0.01;
+/// How near a bare hand's tool point must come to the object's surface [m]. The validator allows twice as much: it has an
+/// inverse kinematics of its own, and a stretched arm is where two of them differ.
+const TOUCH: f64 = 0.005;
 
 /// Budget of one inverse kinematics call of isReachable.
 const REACH_IK: ik::Settings =
@@ -78,7 +79,8 @@ pub(super) fn is_reachable(
     if has_in_hand(state, agent, object) {
         return false;
     }
-    let stream = Key::new(seed).state(state).text("isReachable").number(object as u64).number(agent as u64);
+    // The same tries in every world state: the fact changes only where something in the way has moved.
+    let stream = Key::new(seed).text("isReachable").number(object as u64).number(agent as u64);
     let rng = &mut ChaCha8Rng::seed_from_u64(stream.0);
     let body = &scene.agents[agent];
     (0..body.arms.len()).any(|arm| {
@@ -171,10 +173,10 @@ pub(super) fn is_visible(scene: &Scene, prepared: &Prepared, state: &State, obje
     let eye = X_WC.translation.vector;
     let half_h = (camera.horizontal / 2.0).min(std::f64::consts::PI - 1e-6);
     let half_v = (camera.vertical / 2.0).min(std::f64::consts::FRAC_PI_2 - 1e-6);
-    let seen = points
+    let seen: f64 = points
         .iter()
-        .filter(|p_O| {
-            let p_W = state.objects[object].X_WO * nalgebra::Point3::from(**p_O);
+        .filter(|(p_O, _)| {
+            let p_W = state.objects[object].X_WO * nalgebra::Point3::from(*p_O);
             let p_C = X_CW * p_W;
             let azimuth = nalgebra::RealField::atan2(p_C.y, p_C.x);
             let elevation = nalgebra::RealField::atan2(p_C.z, (p_C.x * p_C.x + p_C.y * p_C.y).sqrt());
@@ -192,49 +194,59 @@ pub(super) fn is_visible(scene: &Scene, prepared: &Prepared, state: &State, obje
                     && ray(b.solid, &b.X_WS, &eye, &direction, far - 1e-6).is_some()
             })
         })
-        .count();
-    !points.is_empty() && seen as f64 >= VISIBLE_SHARE * points.len() as f64
+        .map(|(_, area)| area)
+        .sum();
+    let all: f64 = points.iter().map(|(_, area)| area).sum();
+    !points.is_empty() && seen >= VISIBLE_SHARE * all
 }
 
-/// Returns points spread over the surfaces of an object's parts, in its frame [m].
-fn surface_points(object: &Object) -> Vec<Vec3> {
+/// Returns points spread over the surfaces of an object's parts, in its frame [m], each with the area that it stands for [m^2].
+fn surface_points(object: &Object) -> Vec<(Vec3, f64)> {
+    use std::f64::consts::{PI, TAU};
     let mut points = Vec::new();
     for part in &object.parts {
-        let mut add = |p: Vec3| points.push((part.X_OS * nalgebra::Point3::from(p)).coords);
+        let mut add = |p: Vec3, area: f64| points.push(((part.X_OS * nalgebra::Point3::from(p)).coords, area));
         match &part.shape {
             Shape::Box { half } => {
                 for axis in 0..3 {
+                    let (u_axis, v_axis) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let area = 4.0 * half[u_axis] * half[v_axis] / 9.0;
                     for side in [-1.0, 1.0] {
-                        for u in [-0.8, 0.0, 0.8] {
-                            for v in [-0.8, 0.0, 0.8] {
+                        for u in [-2.0 / 3.0, 0.0, 2.0 / 3.0] {
+                            for v in [-2.0 / 3.0, 0.0, 2.0 / 3.0] {
                                 let mut p = Vec3::zeros();
                                 p[axis] = side * half[axis];
-                                p[(axis + 1) % 3] = u * half[(axis + 1) % 3];
-                                p[(axis + 2) % 3] = v * half[(axis + 2) % 3];
-                                add(p);
+                                p[u_axis] = u * half[u_axis];
+                                p[v_axis] = v * half[v_axis];
+                                add(p, area);
                             }
                         }
                     }
                 }
             }
             Shape::Cylinder { radius, half_length } | Shape::Capsule { radius, half_length } => {
+                let rings = [-0.75, -0.25, 0.25, 0.75];
                 for k in 0..12 {
-                    let angle = f64::from(k) * std::f64::consts::TAU / 12.0;
-                    let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-                    for z in [-0.9, -0.3, 0.3, 0.9] {
-                        add(Vec3::new(radius * cos, radius * sin, z * half_length));
+                    let (sin, cos) = nalgebra::ComplexField::sin_cos(f64::from(k) * TAU / 12.0);
+                    for z in rings {
+                        let area = TAU * radius * 2.0 * half_length / (12.0 * rings.len() as f64);
+                        add(Vec3::new(radius * cos, radius * sin, z * half_length), area);
                     }
                 }
-                add(Vec3::new(0.0, 0.0, *half_length));
-                add(Vec3::new(0.0, 0.0, -half_length));
+                // The ends: a disc each, or half a ball each.
+                let is_capsule = matches!(part.shape, Shape::Capsule { .. });
+                let (top, area) = if is_capsule { (half_length + radius, TAU) } else { (*half_length, PI) };
+                add(Vec3::new(0.0, 0.0, top), area * radius * radius);
+                add(Vec3::new(0.0, 0.0, -top), area * radius * radius);
             }
             Shape::Sphere { radius } => {
+                let area = 4.0 * PI * radius * radius / 26.0;
                 for x in [-1.0, 0.0, 1.0] {
                     for y in [-1.0, 0.0, 1.0] {
                         for z in [-1.0, 0.0, 1.0] {
                             let d = Vec3::new(x, y, z);
                             if d.norm() > 0.0 {
-                                add(d.normalize() * *radius);
+                                add(d.normalize() * *radius, area);
                             }
                         }
                     }
