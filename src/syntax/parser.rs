@@ -12,6 +12,7 @@ use pest::error::{Error, ErrorVariant, InputLocation};
 use super::ast;
 use super::layout::{Layout, MAX_DEPTH, layout};
 use super::words::word;
+use crate::diag::suggest::did_you_mean;
 use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Span};
 
@@ -182,7 +183,16 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
         Some(found) => format!("expected {list}, found `{}`", shortened(found)),
         None => format!("expected {list}, found {}", place.end),
     };
-    let mut problem = Problem::error("hatp::syntax", message, span, format!("expected {list}"));
+    let label = if words.len() > 3 {
+        "not expected here".into()
+    } else {
+        format!("expected {list}")
+    };
+    let mut problem = Problem::error("hatp::syntax", message, span, label);
+    let word_before = before.and_then(|(s, e)| text.get(s..e));
+    if missing.is_none() {
+        problem = problem.maybe_help(found.and_then(misspelt).or_else(|| word_before.and_then(misspelt)));
+    }
     if next.is_none() {
         if let Some((s, e)) = layout.unclosed.last() {
             problem = problem.note(place.span(*s, *e), "this is not closed");
@@ -190,6 +200,22 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     }
     problem
 }
+
+/// The other words that a slip of the pen may have meant.
+const KEYWORDS: [&str; 12] = [
+    "entityType",
+    "entityAttributes",
+    "static",
+    "dynamic",
+    "atom",
+    "SELECT",
+    "SELECTORDERED",
+    "SELECTONCE",
+    "FORALL",
+    "EXIST",
+    "ELSE",
+    "after",
+];
 
 /// Words that begin a block: where one stands, the block before it should have ended.
 const OPENERS: [&str; 20] = [
@@ -214,6 +240,17 @@ const OPENERS: [&str; 20] = [
     "alternatives",
     "{",
 ];
+
+/// Returns the keyword that the word was meant to be, if it is nearly one.
+fn misspelt(found: &str) -> Option<String> {
+    let is_word = found.len() > 2 && found.chars().all(|c| c.is_ascii_alphabetic());
+    let known = OPENERS.contains(&found) || KEYWORDS.contains(&found);
+    if !is_word || known {
+        return None;
+    }
+    let keywords = OPENERS.iter().chain(&KEYWORDS).copied().filter(|k| *k != "{");
+    did_you_mean(found, keywords)
+}
 
 /// Returns `a`, `a or b`, `a, b or c`.
 fn listed(words: &[&str]) -> String {

@@ -7,7 +7,7 @@ use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Span};
 use crate::syntax::ast::*;
 
-/// Operators that one expression may chain. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
+/// Operators of one expression with all within it. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
 /// that a person wrote.
 const MAX_OPERATORS: usize = 200;
 /// Steps of one path; each is a level of recursion.
@@ -18,6 +18,9 @@ pub(super) struct Builder<'p> {
     file: FileId,
     offset: usize,
     problems: &'p mut Problems,
+    /// Within an expression, and how many operators it has had so far.
+    is_inside: bool,
+    n_operators: usize,
 }
 
 /// The parts of a pair that carry meaning.
@@ -104,7 +107,13 @@ fn is_fixed(rule: Rule) -> bool {
 
 impl<'p> Builder<'p> {
     pub(super) fn new(file: FileId, offset: usize, problems: &'p mut Problems) -> Self {
-        Builder { file, offset, problems }
+        Builder {
+            file,
+            offset,
+            problems,
+            is_inside: false,
+            n_operators: 0,
+        }
     }
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
@@ -498,19 +507,30 @@ impl<'p> Builder<'p> {
         }
     }
 
-    /// Reads `expr` or `term`: operands with operators between them, from left to right.
+    /// Reads an expression; the outermost one counts the operators of all within.
     fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
-        let whole = self.span(&pair);
+        let outer = (self.is_inside, self.n_operators);
+        if !self.is_inside {
+            (self.is_inside, self.n_operators) = (true, 0);
+        }
+        let expr = self.chain(pair);
+        if !outer.0 {
+            (self.is_inside, self.n_operators) = outer;
+        }
+        expr
+    }
+
+    /// Reads `expr` or `term`: operands with operators between them, from left to right.
+    fn chain(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let is_expr = pair.as_rule() == Rule::expr;
         let mut p = parts(pair);
-        let operand = |this: &mut Self, pair| if is_expr { this.expr(pair) } else { this.factor(pair) };
+        let operand = |this: &mut Self, pair| if is_expr { this.chain(pair) } else { this.factor(pair) };
         let mut left = operand(self, p.want());
-        let mut n_operators = 0;
         while let Some(op) = p.next() {
-            n_operators += 1;
-            if n_operators > MAX_OPERATORS {
-                let message = format!("an expression has more than {MAX_OPERATORS} operators in a row");
-                let problem = Problem::error("hatp::too-deep", message, whole, "this expression");
+            self.n_operators += 1;
+            if self.n_operators > MAX_OPERATORS {
+                let message = format!("an expression has more than {MAX_OPERATORS} operators");
+                let problem = Problem::error("hatp::too-deep", message, self.span(&op), "one too many");
                 self.problems.push(problem.help("name parts of it with functions"));
                 break;
             }
