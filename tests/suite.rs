@@ -166,6 +166,53 @@ fn documented(path: &Path) -> Outcome {
     Ok(())
 }
 
+/// What the examples of the error pages use without declaring it.
+const CONTEXT: &str = "
+factdatabase {
+  define entityType Object;
+  define entityType Cup : Object;
+  define entityType Table;
+  define entityAttributes Agent { static atom string type; dynamic atom Object hasInHand; }
+  define entityAttributes Object { dynamic atom Table isOn; dynamic set Agent isReachable; dynamic atom number weight; }
+  PR2 = new Agent; CUP = new Cup; TABLE = new Table;
+}
+action Pick(Agent A, Object O) { }
+action Give(Agent A, Object O, Agent B) { }
+";
+
+/// The wrong example of an error page has the problem that the page tells of; the right one has none at all.
+fn page(path: &Path) -> Outcome {
+    let text = std::fs::read_to_string(path)?;
+    let name = path.file_stem().and_then(|n| n.to_str()).ok_or("a page has a name")?;
+    let code = name.replacen('-', "::", 1);
+    assert!(text.starts_with(&format!("# {code}\n")), "the title is the code");
+    let problems_of = |example: &str| {
+        let mut sources = Sources::default();
+        let all = format!("{example}\n{CONTEXT}");
+        let file = sources.add("example.hatp", all.clone());
+        let (ast, mut problems) = syntax::parse(file, &all);
+        problems.extend(check::compile(&[ast], &Given::default()).1);
+        (show(&problems, &sources), problems)
+    };
+    let mut n_right = 0;
+    for block in text.split("```hatp").skip(1) {
+        let (kind, rest) = block.split_once('\n').ok_or("a block has lines")?;
+        let example = rest.split("```").next().unwrap_or_default();
+        let (shown, problems) = problems_of(example);
+        if kind == ",wrong" {
+            assert!(
+                problems.0.iter().any(|p| p.code == code),
+                "no {code} in\n{example}\n{shown}"
+            );
+        } else {
+            n_right += 1;
+            assert!(problems.0.is_empty(), "{shown}");
+        }
+    }
+    assert_eq!(n_right, 1, "a page has one right example");
+    Ok(())
+}
+
 /// The domains that come with the program compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
@@ -184,6 +231,7 @@ datatest_stable::harness! {
     { test = check_bad, root = "tests/suite/check/bad", pattern = r"\.hatp$" },
     { test = documented, root = "src/syntax", pattern = r"\.rs$" },
     { test = documented, root = "src/check", pattern = r"\.rs$" },
+    { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },
     { test = domains, root = "domains", pattern = r"\.hatp$" },
     // Folders of other rooms (plan ...) go here, one line each.
 }

@@ -584,7 +584,7 @@ impl<'p> Builder<'p> {
             Rule::boolean => ExprKind::Bool(pair.as_str() == "true"),
             Rule::null => ExprKind::Null,
             Rule::compat_null => {
-                let message = format!("no value is written `NULL`, not `{}`", pair.as_str());
+                let message = format!("a missing value is written `NULL`, not `{}`", pair.as_str());
                 let problem = Problem::error("hatp::null-spelling", message, span, "");
                 self.problems.push(problem.help("write `NULL`"));
                 ExprKind::Null
