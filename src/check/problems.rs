@@ -107,8 +107,9 @@ pub(super) fn order_cycle(labels: &[String], span: Span) -> Problem {
 }
 
 pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
-    let message = format!("the cost is {value}, below 0");
-    Problem::error("hatp::negative-cost", message, span, "negative").help("a cost is 0 or more")
+    let message = format!("the cost is {value}, and must be 0 or more");
+    Problem::error("hatp::negative-cost", message, span, "")
+        .help("the search cuts off what costs more than the best plan")
 }
 
 pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {

@@ -5,6 +5,7 @@
 //! Knows no names and no types.
 
 mod build;
+mod parts;
 
 use pest::Parser as _;
 use pest::error::{Error, ErrorVariant, InputLocation};
@@ -193,10 +194,8 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     if missing.is_none() {
         problem = problem.maybe_help(found.and_then(misspelt).or_else(|| word_before.and_then(misspelt)));
     }
-    if next.is_none() {
-        if let Some((s, e)) = layout.unclosed.last() {
-            problem = problem.note(place.span(*s, *e), "this is not closed");
-        }
+    if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
+        problem = problem.note(place.span(*s, *e), "this is not closed");
     }
     problem
 }
@@ -268,4 +267,115 @@ fn shortened(token: &str) -> String {
         short.push_str("...");
     }
     short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const FILE: FileId = FileId(0);
+    const DOMAIN: &str = include_str!("../../domains/three_objects.hatp");
+
+    /// Says where the first error is.
+    fn error_at(text: &str) -> Option<usize> {
+        let (_, problems) = parse(FILE, text);
+        problems.0.first()?.primary.as_ref().map(|l| l.span.start as usize)
+    }
+
+    /// Returns the domain without the mark at `at`, and the end of the token before it.
+    fn without(at: (usize, usize), layout: &Layout) -> (String, usize) {
+        let text = format!("{}{}", &DOMAIN[..at.0], &DOMAIN[at.1..]);
+        (text, layout.around(at.0).0.map_or(0, |t| t.1))
+    }
+
+    #[test]
+    fn a_deleted_semicolon_is_missed_at_the_end_of_the_token_before() {
+        let layout = layout(DOMAIN);
+        let mut n_missed = 0;
+        for pair in layout.tokens.windows(2) {
+            let [before, mark] = [pair[0], pair[1]];
+            if &DOMAIN[mark.0..mark.1] != ";" {
+                continue;
+            }
+            let (text, end) = without(mark, &layout);
+            if &DOMAIN[before.0..before.1] == "}" {
+                assert_eq!(error_at(&text), None, "a `;` after a brace is optional");
+            } else {
+                assert_eq!(error_at(&text), Some(end), "{}", &text[end.saturating_sub(40)..end]);
+                n_missed += 1;
+            }
+        }
+        assert!(n_missed > 20, "{n_missed}");
+    }
+
+    #[test]
+    fn a_deleted_brace_is_missed_where_a_token_ends_and_not_before_it_stood() {
+        let layout = layout(DOMAIN);
+        for mark in layout.tokens.iter().copied().filter(|t| &DOMAIN[t.0..t.1] == "}") {
+            let (text, end) = without(mark, &layout);
+            let at = error_at(&text).expect("an error");
+            assert!(at >= end, "{at} {end}");
+            let (_, problems) = parse(FILE, &text);
+            assert_eq!(problems.0.len(), 1, "{problems:?}");
+            assert!(problems.0[0].message.contains("`}`"), "{problems:?}");
+        }
+    }
+
+    #[test]
+    fn ten_megabytes_of_brackets_are_answered() {
+        for text in [
+            "(".repeat(10_000_000),
+            "{}".repeat(5_000_000),
+            "action A(".repeat(10_000),
+        ] {
+            let (_, problems) = parse(FILE, &text);
+            assert!(problems.has_errors());
+        }
+    }
+
+    #[test]
+    fn every_rule_that_can_be_expected_has_a_word() {
+        // Names of rules have an underscore or are glued words; words for users are in backticks or plain English.
+        for rule in Rule::all_rules() {
+            if let Some(word) = word(*rule) {
+                assert!(!word.contains('_'), "{rule:?}: {word}");
+            }
+        }
+    }
+
+    /// Words and marks of the language in any order, and some that are not of it.
+    fn soup() -> impl Strategy<Value = String> {
+        let words = DOMAIN.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let marks = "{ } ( ) [ ] ; , . : = == != <<= =>> !>> >> >= <= < > + - * / \" /* */ // é \u{FEFF} 1 2.5 1e9 \"a\" OR \
+                     NOT IF ELSE FORALL EXIST SELECT SELECTORDERED let after NULL null true function fact geometric import";
+        let all = words
+            .into_iter()
+            .chain(marks.split_whitespace().map(str::to_owned))
+            .collect::<Vec<_>>();
+        prop::collection::vec(
+            (prop::sample::select(all), prop::sample::select(vec![" ", "\n", ""])),
+            0..80,
+        )
+        .prop_map(|parts| parts.into_iter().map(|(word, gap)| word + gap).collect())
+    }
+
+    proptest! {
+        #[test]
+        fn any_soup_is_answered_with_spans_inside_of_it(text in soup()) {
+            let (_, problems) = parse(FILE, &text);
+            for problem in &problems.0 {
+                for label in problem.primary.iter().chain(&problem.notes) {
+                    prop_assert!(label.span.start <= label.span.end && label.span.end as usize <= text.len());
+                    prop_assert!(text.get(label.span.range()).is_some());
+                }
+            }
+            let (_, _) = parse_call(FILE, 3, &text);
+        }
+
+        #[test]
+        fn any_text_is_answered(text in "\\PC*") {
+            let (_, _) = parse(FILE, &text);
+        }
+    }
 }
