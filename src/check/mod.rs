@@ -14,6 +14,7 @@ mod initial;
 mod kinds;
 mod methods;
 mod names;
+mod order;
 mod problems;
 mod tasks;
 mod test;

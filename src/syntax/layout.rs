@@ -7,6 +7,10 @@
 /// stack for each.
 pub const MAX_DEPTH: usize = 64;
 
+/// A file may have this many tokens. HEURISTIC: fifty times the largest domain that we know; the search for pieces of a
+/// broken file of that size takes less than a second.
+pub const MAX_TOKENS: usize = 400_000;
+
 /// Start and end of a token [bytes].
 pub type Token = (usize, usize);
 

@@ -11,7 +11,7 @@ use pest::Parser as _;
 use pest::error::{Error, ErrorVariant, InputLocation};
 
 use super::ast;
-use super::layout::{Layout, MAX_DEPTH, layout};
+use super::layout::{Layout, MAX_DEPTH, MAX_TOKENS, layout};
 use super::words::word;
 use crate::diag::suggest::did_you_mean;
 use crate::diag::{Problem, Problems};
@@ -114,8 +114,14 @@ impl Place {
 fn unreadable(layout: &Layout, place: &Place) -> Option<Problem> {
     if let Some((start, end)) = layout.too_deep {
         let message = format!("brackets nest deeper than {MAX_DEPTH}");
-        let problem = Problem::error("hatp::too-deep", message, place.span(start, end), "one too many");
+        let problem = Problem::error("hatp::too-large", message, place.span(start, end), "one too many");
         return Some(problem.help("name parts of it with `let`, a function or a method of their own"));
+    }
+    if layout.tokens.len() > MAX_TOKENS {
+        let (start, end) = layout.tokens.get(MAX_TOKENS).copied().unwrap_or_default();
+        let message = format!("more than {MAX_TOKENS} words and marks in one file");
+        let problem = Problem::error("hatp::too-large", message, place.span(start, end), "one too many");
+        return Some(problem.help("divide it into several files"));
     }
     if let Some(start) = layout.open_comment {
         let span = place.span(start, start + 2);
@@ -327,10 +333,10 @@ mod tests {
         for text in [
             "(".repeat(10_000_000),
             "{}".repeat(5_000_000),
-            "action A(".repeat(10_000),
+            "action A(".repeat(1_000_000),
         ] {
             let (_, problems) = parse(FILE, &text);
-            assert!(problems.has_errors());
+            assert!(problems.0.iter().any(|p| p.code == "hatp::too-large"));
         }
     }
 

@@ -409,7 +409,7 @@ impl<'p> Builder<'p> {
         let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
         if steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
-            let problem = Problem::error("hatp::too-deep", message, span, "this path");
+            let problem = Problem::error("hatp::too-large", message, span, "this path");
             self.problems.push(problem.help("name a part of it with `let`"));
             steps.truncate(MAX_STEPS);
         }
@@ -449,7 +449,7 @@ impl<'p> Builder<'p> {
             self.n_operators += 1;
             if self.n_operators > MAX_OPERATORS {
                 let message = format!("an expression has more than {MAX_OPERATORS} operators");
-                let problem = Problem::error("hatp::too-deep", message, self.span(&op), "one too many");
+                let problem = Problem::error("hatp::too-large", message, self.span(&op), "one too many");
                 self.problems.push(problem.help("name parts of it with functions"));
                 break;
             }
