@@ -13,7 +13,7 @@ use pest::error::{Error, ErrorVariant, InputLocation};
 use super::ast;
 use super::layout::{Layout, MAX_DEPTH, MAX_TOKENS, layout};
 use super::words::word;
-use crate::diag::suggest::did_you_mean;
+use crate::diag::suggest::nearest;
 use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Span};
 
@@ -164,10 +164,14 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     };
     let has = |w: &str| words.contains(&w);
     // A mark that ends something is missed where the text before it ends, not where the next word stands.
-    let opens_block = found.is_some_and(|f| OPENERS.contains(&f));
-    let missing = if has("`;`") && (new_line || opens_block || found == Some("}")) {
+    let begins_item = found.is_none_or(|f| ITEM_WORDS.contains(&f));
+    let begins_clause = found.is_some_and(|f| CLAUSE_WORDS.contains(&f));
+    let in_clause = ["a test", "an effect", "a subtask", "an operator"]
+        .iter()
+        .any(|w| has(w));
+    let missing = if has("`;`") && (new_line || begins_item || begins_clause || found == Some("}")) {
         Some("`;`")
-    } else if has("`}`") && (new_line || opens_block) {
+    } else if has("`}`") && (begins_item || begins_clause && in_clause) {
         Some("`}`")
     } else {
         None
@@ -176,7 +180,8 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
         words = vec![mark];
     } else if words.len() > 1 {
         // What may always follow a name or a value says little.
-        words.retain(|w| *w != "`.`");
+        let after_value = has("an operator");
+        words.retain(|w| *w != "`.`" && !(after_value && *w == "`(`"));
     }
     let ends_before = missing.is_some() || ["`;`", "`)`", "`,`", "`]`"].iter().any(|m| words.contains(m));
     let span = match (before, next) {
@@ -197,33 +202,17 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     };
     let mut problem = Problem::error("hatp::syntax", message, span, label);
     let word_before = before.and_then(|(s, e)| text.get(s..e));
-    if missing.is_none() {
-        problem = problem.maybe_help(found.and_then(misspelt).or_else(|| word_before.and_then(misspelt)));
-    }
+    let help = found.and_then(|f| foreign(f).map(str::to_owned));
+    let help = help.or_else(|| found.and_then(|f| misspelt(f, missing.is_some())));
+    problem = problem.maybe_help(help.or_else(|| word_before.and_then(|w| misspelt(w, missing.is_some()))));
     if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
         problem = problem.note(place.span(*s, *e), "this is not closed");
     }
     problem
 }
 
-/// The other words that a slip of the pen may have meant.
-const KEYWORDS: [&str; 12] = [
-    "entityType",
-    "entityAttributes",
-    "static",
-    "dynamic",
-    "atom",
-    "SELECT",
-    "SELECTORDERED",
-    "SELECTONCE",
-    "FORALL",
-    "EXIST",
-    "ELSE",
-    "after",
-];
-
-/// Words that begin a block: where one stands, the block before it should have ended.
-const OPENERS: [&str; 20] = [
+/// Words that begin an item: where one stands, every block before it should have ended.
+const ITEM_WORDS: [&str; 9] = [
     "action",
     "operator",
     "method",
@@ -233,6 +222,10 @@ const OPENERS: [&str; 20] = [
     "factdatabase",
     "factDatabase",
     "define",
+];
+
+/// What begins a clause or a decomposition, or may follow one.
+const CLAUSE_WORDS: [&str; 12] = [
     "preconditions",
     "effects",
     "subtasks",
@@ -244,17 +237,48 @@ const OPENERS: [&str; 20] = [
     "constraints",
     "alternatives",
     "{",
+    ";",
 ];
 
-/// Returns the keyword that the word was meant to be, if it is nearly one.
-fn misspelt(found: &str) -> Option<String> {
-    let is_word = found.len() > 2 && found.chars().all(|c| c.is_ascii_alphabetic());
-    let known = OPENERS.contains(&found) || KEYWORDS.contains(&found);
-    if !is_word || known {
+/// The other words that a slip of the pen may have meant.
+const OTHER_WORDS: [&str; 15] = [
+    "entityType",
+    "entityAttributes",
+    "static",
+    "dynamic",
+    "atom",
+    "SELECT",
+    "SELECTORDERED",
+    "SELECTONCE",
+    "FORALL",
+    "EXIST",
+    "OR",
+    "NOT",
+    "IF",
+    "ELSE",
+    "after",
+];
+
+/// Returns how to say what other languages say with this mark.
+fn foreign(found: &str) -> Option<&'static str> {
+    match found {
+        "&" => Some("tests simply follow one another; each ends with `;`"),
+        "|" => Some("write `OR { ... } { ... }`"),
+        "!" => Some("write `NOT { ... };`"),
+        _ => None,
+    }
+}
+
+/// Returns the keyword that the word was meant to be: nearly one, or, if `strict`, one in other capitals.
+fn misspelt(found: &str, strict: bool) -> Option<String> {
+    let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic());
+    let keywords = || [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
+    if !is_word || keywords().contains(&found) {
         return None;
     }
-    let keywords = OPENERS.iter().chain(&KEYWORDS).copied().filter(|k| *k != "{");
-    did_you_mean(found, keywords)
+    let near = nearest(found, keywords())?;
+    let same_letters = near.eq_ignore_ascii_case(found);
+    (same_letters || !strict && found.len() > 3).then(|| format!("did you mean `{near}`?"))
 }
 
 /// Returns `a`, `a or b`, `a, b or c`.
