@@ -1,1 +1,16 @@
-//! The HTN search; asks a reasoner, never sees a coordinate.
+//! The HTN search: decompositions, bindings, orders and geometric alternatives, depth first, with undo.
+//!
+//! Thesis 4.3.1 to 4.3.4, Algorithms 8 to 12; where we differ is said in [`search`].
+//!
+//! **Invariant:** the engine asks a [`Reasoner`] and never sees a coordinate.
+
+mod eval;
+mod explain;
+mod links;
+mod reasoner;
+mod search;
+mod state;
+
+pub use links::document;
+pub use reasoner::{Call, GasNum, GasRef, Granted, Mark, Projection, Reasoner};
+pub use search::{Budget, Ending, Found, Settings, Statistics, Step, Tree, TreeNode, Truncated, solve};

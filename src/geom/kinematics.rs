@@ -1,5 +1,12 @@
-//! Trees of rigid links: forward kinematics and Jacobians.
+//! Trees of rigid links: forward kinematics, serial chains and their geometric Jacobians.
+//!
+//! Poses are products of transforms from the root outwards; a Jacobian's column is the twist that a unit joint velocity gives to the
+//! tool (Siciliano et al., Robotics, Springer 2009, section 3.1, doi:10.1007/978-1-84628-642-1).
+//! Does not know dynamics, shapes or limits (they are carried in [`Dof`] for those who plan). Nothing is cached:
+//! whoever asks often keeps the link poses and calls [`Tree::update_links`].
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use nalgebra::{ComplexField, Matrix6xX, Quaternion, Translation3, UnitQuaternion};
 
 use super::{Pose, Vec3};
 
@@ -61,4 +68,264 @@ pub struct Dof {
     pub max_velocity: f64,
     /// [rad/s^2] or [m/s^2].
     pub max_acceleration: f64,
+}
+
+/// Pose of the joint's child link in the joint frame J at value `v`.
+#[inline]
+fn motion(kind: JointKind, axis: &Vec3, v: f64) -> Pose {
+    match kind {
+        JointKind::Fixed => Pose::identity(),
+        JointKind::Revolute => {
+            let (s, c) = ComplexField::sin_cos(0.5 * v);
+            // The axis is a unit vector, so this quaternion has unit length.
+            let q = Quaternion::new(c, s * axis.x, s * axis.y, s * axis.z);
+            Pose::from_parts(Translation3::identity(), UnitQuaternion::new_unchecked(q))
+        }
+        JointKind::Prismatic => Pose::from_parts((axis * v).into(), UnitQuaternion::identity()),
+    }
+}
+
+/// `X_AJ` times the joint's motion, without the products by one and zero.
+#[inline]
+fn moved(X_AJ: &Pose, kind: JointKind, axis: &Vec3, v: f64) -> Pose {
+    match kind {
+        JointKind::Fixed => *X_AJ,
+        JointKind::Revolute => Pose::from_parts(X_AJ.translation, X_AJ.rotation * motion(kind, axis, v).rotation),
+        JointKind::Prismatic => Pose::from_parts(
+            (X_AJ.translation.vector + X_AJ.rotation * (axis * v)).into(),
+            X_AJ.rotation,
+        ),
+    }
+}
+
+impl Joint {
+    /// Returns the joint's value [rad] or [m] in the configuration `q` of its tree; 0 when fixed.
+    pub fn value(&self, q: &[f64]) -> f64 {
+        match self.drive {
+            Some(Drive { dof, scale, offset }) => q.get(dof).copied().unwrap_or(0.0) * scale + offset,
+            None => 0.0,
+        }
+    }
+
+    /// Returns the pose of the child link in the parent link's frame when the joint has value `v`.
+    pub fn pose_at(&self, v: f64) -> Pose {
+        moved(&self.X_PJ, self.kind, &self.axis, v)
+    }
+}
+
+impl Tree {
+    /// Returns the length of a configuration `q`.
+    pub fn n_dofs(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// Returns the pose of every link in the world, by link index. A `q` that is too short counts as zeros at its end.
+    pub fn link_poses(&self, X_WB: &Pose, q: &[f64]) -> Vec<Pose> {
+        let mut X_WL = Vec::new();
+        self.link_poses_into(X_WB, q, &mut X_WL);
+        X_WL
+    }
+
+    /// Like [`Tree::link_poses`], into a vector that is used again.
+    pub fn link_poses_into(&self, X_WB: &Pose, q: &[f64], X_WL: &mut Vec<Pose>) {
+        X_WL.clear();
+        X_WL.reserve(self.joints.len() + 1);
+        X_WL.push(*X_WB);
+        for joint in &self.joints {
+            // INVARIANT of `Tree`: the parent comes before the child.
+            let X_WP = X_WL.get(joint.parent).copied().unwrap_or(*X_WB);
+            X_WL.push(X_WP * joint.pose_at(joint.value(q)));
+        }
+    }
+
+    /// Returns, ascending, the links whose pose in the base frame depends on any of `dofs` (indices into `Tree::dofs`).
+    pub fn links_moved_by(&self, dofs: &[usize]) -> Vec<usize> {
+        let mut is_moved = vec![false; self.joints.len() + 1];
+        for (j, joint) in self.joints.iter().enumerate() {
+            let own = joint.drive.is_some_and(|d| dofs.contains(&d.dof));
+            is_moved[j + 1] = own || is_moved.get(joint.parent).copied().unwrap_or(false);
+        }
+        (0..is_moved.len()).filter(|&l| is_moved[l]).collect()
+    }
+
+    /// Recomputes the world poses of `links` (ascending) in place; the parents that are not listed stand as they are in `X_WL`.
+    ///
+    /// The root has no joint: it is skipped, as is an index that the tree or `X_WL` does not have.
+    pub fn update_links(&self, links: &[usize], q: &[f64], X_WL: &mut [Pose]) {
+        for &link in links {
+            let Some(joint) = link.checked_sub(1).and_then(|j| self.joints.get(j)) else {
+                continue;
+            };
+            let Some(X_WP) = X_WL.get(joint.parent).copied() else {
+                continue;
+            };
+            if let Some(X) = X_WL.get_mut(link) {
+                *X = X_WP * joint.pose_at(joint.value(q));
+            }
+        }
+    }
+}
+
+/// The movable joints between a base link, whose frame is K, and a tool frame T on a tip link; fixed joints are folded in.
+///
+/// A dof that drives several joints of the chain (`mimic`) is one entry of `q`, and its column of the Jacobian is the sum.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    joints: Vec<ChainJoint>,
+    /// Pose of the tool in the frame after the last movable joint.
+    X_NT: Pose,
+    dofs: Vec<Dof>,
+    dof_indices: Vec<usize>,
+}
+
+/// A movable joint: its frame J in the frame N after the movable joint before it (K for the first).
+#[derive(Debug, Clone)]
+struct ChainJoint {
+    X_NJ: Pose,
+    kind: JointKind,
+    axis: Vec3,
+    /// Position in the chain's own `q`.
+    column: usize,
+    scale: f64,
+    offset: f64,
+}
+
+/// A column of a geometric Jacobian: linear velocity [m/s], then angular [rad/s], per unit of joint velocity.
+pub type Twist = nalgebra::Vector6<f64>;
+
+impl Chain {
+    /// Returns the chain from `base_link` to the tool at `X_LT` on `tip_link`; `None` when the tip does not descend from the base,
+    /// or when the tree has no such links. A chain without movable joints is a chain: its tool stands still.
+    pub fn new(tree: &Tree, base_link: usize, tip_link: usize, X_LT: &Pose) -> Option<Chain> {
+        let mut way = Vec::new();
+        let mut link = tip_link;
+        while link != base_link {
+            // Parents have smaller indices, hence this ends.
+            let joint = link
+                .checked_sub(1)
+                .and_then(|j| tree.joints.get(j))
+                .filter(|j| j.parent < link)?;
+            way.push(joint);
+            link = joint.parent;
+        }
+        if base_link > tree.joints.len() {
+            return None;
+        }
+        let mut chain = Chain {
+            joints: Vec::new(),
+            X_NT: Pose::identity(),
+            dofs: Vec::new(),
+            dof_indices: Vec::new(),
+        };
+        for joint in way.into_iter().rev() {
+            let X_NJ = chain.X_NT * joint.X_PJ;
+            let (Some(drive), false) = (joint.drive, joint.kind == JointKind::Fixed) else {
+                chain.X_NT = X_NJ;
+                continue;
+            };
+            let column = match chain.dof_indices.iter().position(|&d| d == drive.dof) {
+                Some(column) => column,
+                None => {
+                    chain.dofs.push(tree.dofs.get(drive.dof)?.clone());
+                    chain.dof_indices.push(drive.dof);
+                    chain.dof_indices.len() - 1
+                }
+            };
+            let Drive { scale, offset, .. } = drive;
+            chain.joints.push(ChainJoint {
+                X_NJ,
+                kind: joint.kind,
+                axis: joint.axis,
+                column,
+                scale,
+                offset,
+            });
+            chain.X_NT = Pose::identity();
+        }
+        chain.X_NT *= X_LT;
+        Some(chain)
+    }
+
+    /// Returns the degrees of freedom, in chain order.
+    pub fn dofs(&self) -> &[Dof] {
+        &self.dofs
+    }
+
+    /// Returns their indices into `Tree::dofs`.
+    pub fn dof_indices(&self) -> &[usize] {
+        &self.dof_indices
+    }
+
+    /// Returns whether whole turns of dof `i` leave the tool where it is: it has no limits and only drives revolute joints, one to one.
+    pub fn is_continuous(&self, i: usize) -> bool {
+        let endless = self
+            .dofs
+            .get(i)
+            .is_some_and(|d| d.lower == f64::NEG_INFINITY && d.upper == f64::INFINITY);
+        let one_to_one = |j: &ChainJoint| j.kind == JointKind::Revolute && j.scale.abs() == 1.0;
+        endless && self.joints.iter().filter(|j| j.column == i).all(one_to_one)
+    }
+
+    /// Returns `X_KT`, the pose of the tool in the base link's frame; `q` in chain order.
+    pub fn tool_pose(&self, q: &[f64]) -> Pose {
+        let mut X_KN = Pose::identity();
+        for joint in &self.joints {
+            X_KN = moved(&(X_KN * joint.X_NJ), joint.kind, &joint.axis, joint.value(q));
+        }
+        X_KN * self.X_NT
+    }
+
+    /// Returns `X_KT` and the geometric Jacobian `J_KT`: a column for each dof; rows are the linear velocity of T's origin,
+    /// then the angular velocity of T, both measured and expressed in K.
+    pub fn jacobian(&self, q: &[f64]) -> (Pose, Matrix6xX<f64>) {
+        let mut columns = Vec::new();
+        let X_KT = self.jacobian_into(q, &mut columns);
+        (
+            X_KT,
+            Matrix6xX::from_fn(columns.len(), |row, column| columns[column][row]),
+        )
+    }
+
+    /// Like [`Chain::jacobian`], into a vector of columns that is used again.
+    pub fn jacobian_into(&self, q: &[f64], columns: &mut Vec<Twist>) -> Pose {
+        columns.clear();
+        columns.resize(self.dofs.len(), Twist::zeros());
+        if self.joints.len() <= MAX_ON_STACK {
+            let mut axes = [(Vec3::zeros(), Vec3::zeros()); MAX_ON_STACK];
+            self.jacobian_with(q, &mut axes, columns)
+        } else {
+            let mut axes = vec![(Vec3::zeros(), Vec3::zeros()); self.joints.len()];
+            self.jacobian_with(q, &mut axes, columns)
+        }
+    }
+
+    /// `axes` has room for each joint's origin and axis in K.
+    fn jacobian_with(&self, q: &[f64], axes: &mut [(Vec3, Vec3)], columns: &mut [Twist]) -> Pose {
+        let mut X_KN = Pose::identity();
+        for (joint, axis) in self.joints.iter().zip(axes.iter_mut()) {
+            let X_KJ = X_KN * joint.X_NJ;
+            *axis = (X_KJ.translation.vector, X_KJ.rotation * joint.axis);
+            X_KN = moved(&X_KJ, joint.kind, &joint.axis, joint.value(q));
+        }
+        let X_KT = X_KN * self.X_NT;
+        for (joint, (p_KJ, axis_K)) in self.joints.iter().zip(axes.iter()) {
+            let (v, w) = match joint.kind {
+                JointKind::Revolute => (axis_K.cross(&(X_KT.translation.vector - p_KJ)), *axis_K),
+                JointKind::Prismatic => (*axis_K, Vec3::zeros()),
+                JointKind::Fixed => continue,
+            };
+            columns[joint.column] += joint.scale * Twist::new(v.x, v.y, v.z, w.x, w.y, w.z);
+        }
+        X_KT
+    }
+}
+
+/// Chains up to this length need no allocation for a Jacobian.
+const MAX_ON_STACK: usize = 16;
+
+impl ChainJoint {
+    #[inline]
+    fn value(&self, q: &[f64]) -> f64 {
+        q.get(self.column).copied().unwrap_or(0.0) * self.scale + self.offset
+    }
 }

@@ -1,1 +1,286 @@
-//! A second opinion on a plan.
+//! A second opinion on a plan: replays it from the start and names the first thing that is wrong.
+//!
+//! Reads the compiled domain, the world and the plan document, and nothing of how the plan was made: no engine, no action
+//! solver, no motion planner. Evaluation of tests, facts, inverse kinematics and every rule about plans are written a
+//! second time here; forward kinematics and the exact tests of two shapes (`geom::kinematics`, `geom::collide`) are the
+//! only geometry in common, and have tests of their own against other tools.
+//!
+//! Checked in this order: document, then action by action symbols and motions, then the decomposition, then links and
+//! times. Does not judge whether a plan is good: costs are added up, the parts that geometry computed are believed.
+//! `docs/validate.md` lists the codes and the tolerances.
+
+mod bodies;
+mod decomposition;
+mod evaluate;
+mod facts;
+mod fault;
+mod handling;
+mod motion;
+mod notation;
+mod reach;
+mod replay;
+mod schedule;
+mod shared;
+
+pub use fault::{Fault, Kind, Place};
+
+use std::fmt;
+
+use crate::ir;
+use crate::plan::{Node, Plan, VERSION};
+use crate::world::World;
+use decomposition::Replayed;
+use fault::Checked;
+
+/// How finely to look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Longest change of any joint between two configurations that are looked at [rad or m].
+    pub step: f64,
+    /// Overlap of two bodies that is still no collision [m].
+    pub tolerance: f64,
+    /// Rounding allowed in times and costs [s, or cost].
+    pub time_tolerance: f64,
+    /// Configurations looked at before a plan is refused as too long.
+    pub max_configurations: u64,
+    /// Choices of a decomposition's variables tried for one task.
+    pub max_bindings: usize,
+    /// Restarts of the inverse kinematics before a claimed reachability counts as unconfirmed.
+    pub reach_restarts: usize,
+    /// Restarts spent on contradicting a denied reachability, and the share of them that must succeed.
+    pub contradiction_restarts: usize,
+    pub contradiction_share: f64,
+    /// Clearance that such a success must have [m].
+    pub reach_margin: f64,
+    /// Share of an object's surface that must be seen for it to be visible, and how near to it is too near to call.
+    pub visible_share: f64,
+    pub visible_margin: f64,
+}
+
+impl Settings {
+    /// The settings of the command line: half of the planner's resolution.
+    pub const STANDARD: Settings = Settings {
+        step: 0.005,
+        tolerance: 1e-3,
+        time_tolerance: 1e-6,
+        max_configurations: 2_000_000,
+        max_bindings: 100_000,
+        reach_restarts: 1000,
+        contradiction_restarts: 24,
+        contradiction_share: 0.25,
+        reach_margin: 0.005,
+        visible_share: 0.3,
+        visible_margin: 0.1,
+    };
+}
+
+/// How much was checked in a plan that is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Verdict {
+    pub actions: usize,
+    /// Nodes of the decomposition tree.
+    pub tasks: usize,
+    pub trajectories: usize,
+    pub configurations: u64,
+    /// Pairs of bodies looked at.
+    pub pairs: u64,
+    /// Objects taken or let go.
+    pub attachments: usize,
+    /// Geometric facts compared.
+    pub facts: usize,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "valid: {} actions, {} tasks, {} trajectories, {} configurations, {} pairs of bodies, {} grips, {} facts",
+            self.actions, self.tasks, self.trajectories, self.configurations, self.pairs, self.attachments, self.facts
+        )
+    }
+}
+
+/// Replays the plan and returns how much was checked.
+///
+/// # Errors
+/// The first fault, in the order of the module's head comment.
+pub fn replay(
+    plan: &Plan,
+    domain: &ir::Domain,
+    goal: &ir::Goal,
+    world: &World,
+    settings: &Settings,
+) -> Result<Verdict, Fault> {
+    let actions = document(plan, domain, goal)?;
+    let mut verdict = Verdict::default();
+    let replayed = replay::run(plan, domain, world, settings, &actions, &mut verdict)?;
+    let costs: f64 = plan.actions.iter().map(|a| a.cost).sum();
+    if (costs - plan.cost).abs() > settings.time_tolerance * costs.abs().max(1.0) {
+        return Err(Kind::CostTotal {
+            expected: costs,
+            found: plan.cost,
+        }
+        .into());
+    }
+    verdict.tasks = decomposition::check(
+        &Replayed {
+            domain,
+            states: &replayed.states,
+            actions: &actions,
+            settings,
+        },
+        &plan.decomposition,
+        goal,
+    )?;
+    let (first, last) = (&replayed.states[0], &replayed.states[actions.len()]);
+    schedule::check(plan, domain, settings, &replayed.done, first, last)?;
+    Ok(verdict)
+}
+
+/// Checks names, types and numbers, and returns the actions with their arguments.
+fn document(plan: &Plan, domain: &ir::Domain, goal: &ir::Goal) -> Checked<Vec<ir::Goal>> {
+    if plan.format != "sgap-plan" {
+        return Err(Kind::Format {
+            found: plan.format.clone(),
+        }
+        .into());
+    }
+    if plan.version != VERSION {
+        return Err(Kind::Version {
+            found: plan.version,
+            known: VERSION,
+        }
+        .into());
+    }
+    let finite = |what: &str, numbers: &[f64]| {
+        if numbers.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(Fault::from(Kind::NotFinite { what: what.to_owned() }))
+        }
+    };
+    finite("the plan's cost or makespan", &[plan.cost, plan.makespan])?;
+    let task = notation::task_text(domain, &plan.task)?;
+    if task != *goal {
+        return Err(Kind::Task {
+            expected: notation::show_task(domain, goal.task, &goal.args),
+            found: plan.task.clone(),
+        }
+        .into());
+    }
+    let mut actions = Vec::with_capacity(plan.actions.len());
+    for (position, action) in plan.actions.iter().enumerate() {
+        let text = format!("{}({})", action.name, action.arguments.join(", "));
+        let goal = (|| {
+            if action.index != position {
+                return Err(Kind::Index {
+                    position,
+                    index: action.index,
+                }
+                .into());
+            }
+            let [least, most] = action.duration;
+            finite(
+                "cost, duration, start or end",
+                &[action.cost, least, most, action.start, action.end],
+            )?;
+            if let Some(geometry) = &action.geometry {
+                geometry_numbers(geometry, &finite)?;
+            }
+            let goal = notation::task(domain, &action.name, &action.arguments)?;
+            let ir::TaskId::Action(id) = goal.task else {
+                return Err(Kind::UnknownName {
+                    what: "action",
+                    name: action.name.clone(),
+                }
+                .into());
+            };
+            agents(domain, &domain.actions[id.index()], &goal, &action.agents)?;
+            Ok(goal)
+        })();
+        actions.push(goal.map_err(|f: Fault| f.in_action(position, &text))?);
+    }
+    indices(&plan.decomposition, plan.actions.len())?;
+    Ok(actions)
+}
+
+fn geometry_numbers(geometry: &crate::plan::Geometry, finite: &dyn Fn(&str, &[f64]) -> Checked<()>) -> Checked<()> {
+    let parts: Vec<f64> = geometry.cost_parts.values().copied().collect();
+    finite("a part of the geometric cost", &parts)?;
+    let pose = |what: &str, pose: &crate::plan::PoseDocument| {
+        finite(what, &pose.position)?;
+        finite(what, &pose.quaternion)?;
+        let norm: f64 = pose.quaternion.iter().map(|x| x * x).sum();
+        if (norm - 1.0).abs() > 1e-6 {
+            return Err(Fault::from(Kind::Quaternion {
+                what: what.to_owned(),
+                length: norm.sqrt(),
+            }));
+        }
+        Ok(())
+    };
+    if let Some(placement) = &geometry.placement {
+        finite("a number of the placement", &[placement.x, placement.y, placement.yaw])?;
+        pose("the placement's pose", &placement.pose)?;
+    }
+    for sub_action in &geometry.sub_actions {
+        match &sub_action.change {
+            Some(crate::plan::AttachmentChange::Attach { object_in_tool, .. }) => {
+                pose("the pose of the object in the tool", object_in_tool)?;
+            }
+            Some(crate::plan::AttachmentChange::Detach { object_in_world, .. }) => {
+                pose("the pose of the object in the world", object_in_world)?;
+            }
+            None => {}
+        }
+    }
+    Ok(())
+}
+
+/// Checks who takes part: the arguments of type Agent, each once.
+fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[String]) -> Checked<()> {
+    let mut expected: Vec<String> = Vec::new();
+    for position in &action.agents {
+        let members: Vec<ir::EntityId> = match goal.args.get(*position) {
+            Some(ir::Value::Entity(e)) => vec![*e],
+            Some(ir::Value::Set(s)) => s.iter().collect(),
+            _ => Vec::new(),
+        };
+        for e in members {
+            let name = &domain.entities[e.index()].name;
+            if !expected.contains(name) {
+                expected.push(name.clone());
+            }
+        }
+    }
+    if expected != found {
+        return Err(Kind::Agents {
+            expected: format!("[{}]", expected.join(", ")),
+            found: format!("[{}]", found.join(", ")),
+        }
+        .into());
+    }
+    Ok(())
+}
+
+/// Checks that the leaves' indices exist.
+fn indices(root: &Node, n_actions: usize) -> Checked<()> {
+    let mut stack = vec![root];
+    while let Some(node) = stack.pop() {
+        if let Some(index) = node.action.filter(|i| *i >= n_actions) {
+            return Err(Kind::Leaves {
+                expected: n_actions.saturating_sub(1),
+                found: format!("action {index}"),
+            }
+            .into());
+        }
+        stack.extend(&node.children);
+    }
+    Ok(())
+}
+
+/// Returns `RED_CUBE.isOn`.
+fn slot_name(domain: &ir::Domain, slot: &ir::Slot) -> String {
+    let entity = &domain.entities[slot.entity.index()].name;
+    format!("{entity}.{}", domain.attributes[slot.attribute.index()].name)
+}

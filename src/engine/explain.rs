@@ -1,0 +1,123 @@
+//! A failed test in the language's own words, with the values that it met.
+
+use super::eval::Context;
+use crate::ir::{ArithmeticOp, CompareOp, Domain, Expr, SlotId, Test, Value};
+
+/// Returns the first literal of a false test with variables replaced by their values, and the attribute values that it met.
+pub(super) fn failed_literal(context: &mut Context<'_>, test: &Test, frame: &mut [Value]) -> (String, String) {
+    if let Test::And(parts) = test
+        && let Some(part) = parts.iter().find(|t| !context.holds(t, frame))
+    {
+        return failed_literal(context, part, frame);
+    }
+    if let Test::Forall { var, ty, guard, body } = test {
+        let domain = context.domain;
+        for entity in &domain.types[ty.index()].entities {
+            frame[var.index()] = Value::Entity(*entity);
+            if context.holds(guard, frame) && !context.holds(body, frame) {
+                return failed_literal(context, body, frame);
+            }
+        }
+    }
+    let before = context.reads.len();
+    context.holds(test, frame);
+    let mut slots: Vec<SlotId> = context.reads[before..].to_vec();
+    slots.sort();
+    slots.dedup();
+    let met: Vec<String> = slots
+        .iter()
+        .take(4)
+        .map(|s| {
+            let value = context.slot(*s);
+            format!("{} is {}", slot_name(context.domain, *s), context.domain.show(&value))
+        })
+        .collect();
+    (show_test(context.domain, test, frame), met.join(", "))
+}
+
+/// Returns `RED_CUBE.isOn`.
+pub(super) fn slot_name(domain: &Domain, slot: SlotId) -> String {
+    let place = domain.slots[slot.index()];
+    let (entity, attribute) = (place.entity.index(), place.attribute.index());
+    format!("{}.{}", domain.entities[entity].name, domain.attributes[attribute].name)
+}
+
+fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
+    let all = |tests: &[Test]| {
+        tests
+            .iter()
+            .map(|t| show_test(domain, t, frame))
+            .collect::<Vec<_>>()
+            .join("; ")
+    };
+    match test {
+        Test::And(parts) => all(parts),
+        Test::Or(parts) => {
+            let blocks: Vec<String> = parts
+                .iter()
+                .map(|t| format!("{{{}}}", show_test(domain, t, frame)))
+                .collect();
+            format!("OR{}", blocks.concat())
+        }
+        Test::Not(inner) => match &**inner {
+            Test::Member { element, set } => {
+                format!(
+                    "{} !>> {}",
+                    show_expr(domain, element, frame),
+                    show_expr(domain, set, frame)
+                )
+            }
+            other => format!("NOT{{{}}}", show_test(domain, other, frame)),
+        },
+        Test::Compare { op, left, right } => {
+            let op = match op {
+                CompareOp::Equal => "==",
+                CompareOp::NotEqual => "!=",
+                CompareOp::Less => "<",
+                CompareOp::LessEqual => "<=",
+                CompareOp::Greater => ">",
+                CompareOp::GreaterEqual => ">=",
+            };
+            format!(
+                "{} {op} {}",
+                show_expr(domain, left, frame),
+                show_expr(domain, right, frame)
+            )
+        }
+        Test::Member { element, set } => {
+            format!(
+                "{} >> {}",
+                show_expr(domain, element, frame),
+                show_expr(domain, set, frame)
+            )
+        }
+        Test::Forall { ty, .. } => format!("FORALL over {}", domain.types[ty.index()].name),
+        Test::Exist { ty, .. } => format!("EXIST over {}", domain.types[ty.index()].name),
+        Test::Holds(expr) => show_expr(domain, expr, frame),
+    }
+}
+
+fn show_expr(domain: &Domain, expr: &Expr, frame: &[Value]) -> String {
+    let show = |e: &Expr| show_expr(domain, e, frame);
+    match expr {
+        Expr::Const(value) => domain.show(value),
+        Expr::Var(var) => domain.show(&frame[var.index()]),
+        Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
+        Expr::Size(set) => format!("size({})", show(set)),
+        Expr::List(elements) => format!("[{}]", elements.iter().map(show).collect::<Vec<_>>().join(", ")),
+        Expr::Arithmetic { op, left, right } => {
+            let op = match op {
+                ArithmeticOp::Add => "+",
+                ArithmeticOp::Subtract => "-",
+                ArithmeticOp::Multiply => "*",
+                ArithmeticOp::Divide => "/",
+            };
+            format!("({} {op} {})", show(left), show(right))
+        }
+        Expr::Negate(inner) => format!("-{}", show(inner)),
+        Expr::SetWith { set, element } => format!("{} + {}", show(set), show(element)),
+        Expr::SetWithout { set, element } => format!("{} - {}", show(set), show(element)),
+        Expr::GeometricCost => "GetGRPCost()".into(),
+        Expr::GeometricDuration => "GetGRPDuration()".into(),
+    }
+}

@@ -1,0 +1,118 @@
+//! What the engine asks of geometry. The engine owns this trait, so HTN logic is tested with exact, scripted answers.
+
+use crate::ir::{AttributeId, Domain, EntityId, Value};
+use crate::plan::ActionRefusal;
+
+/// Identifies a geometric action in a run (thesis 3.3.1: gasNum).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GasNum(pub u32);
+
+/// Which solution of which geometric action (thesis: gasNum, gasAltNum).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GasRef {
+    pub gas: GasNum,
+    /// 0 for the first solution.
+    pub alternative: u32,
+}
+
+/// A call of a geometric action with its arguments evaluated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Call<'a> {
+    /// Name as the domain writes it: `pick`.
+    pub name: &'a str,
+    pub args: &'a [Value],
+}
+
+/// A solution, as far as the engine needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    pub gas: GasRef,
+    /// >= 0.
+    pub cost: f64,
+    /// Length in time of its trajectories [s].
+    pub duration: f64,
+}
+
+/// A point in the history of the reasoner's world state, to come back to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark(pub usize);
+
+/// Projects actions onto geometry and answers facts about the world state that they lead to.
+///
+/// The world state follows the same stack discipline as the engine's: `restore` goes back to a mark and forgets all later ones.
+pub trait Reasoner {
+    /// Starts a geometric action in the current world state and applies its first solution.
+    fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal>;
+
+    /// Applies the solution after the `tried` first ones of a geometric action that was started in the current world state
+    /// (thesis 3.3.4.3, FindAlternative). Never a solution given before.
+    fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal>;
+
+    /// Says whether it answers that fact; an attribute whose fact nobody answers is a plain one.
+    fn knows(&self, fact: &str) -> bool;
+
+    /// Returns the value of a shared attribute of `entity` in the current world state.
+    fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value;
+
+    /// Returns a mark of the current world state.
+    fn save(&mut self) -> Mark;
+
+    /// Goes back to a mark.
+    fn restore(&mut self, mark: Mark);
+
+    /// Makes the start state the current one again, without forgetting marks; for [`Reasoner::replay`].
+    fn rewind(&mut self);
+
+    /// Applies a known solution to the current world state, which must be the one it was found in.
+    fn replay(&mut self, gas: GasRef);
+}
+
+/// The reasoner of purely symbolic planning: every projection is granted at cost 0 and takes no time; it knows no fact.
+#[derive(Debug, Default)]
+pub struct Granted {
+    next: u32,
+}
+
+impl Reasoner for Granted {
+    fn project(&mut self, _: &Domain, _: &Call<'_>) -> Result<Projection, ActionRefusal> {
+        let gas = GasRef {
+            gas: GasNum(self.next),
+            alternative: 0,
+        };
+        self.next += 1;
+        Ok(Projection {
+            gas,
+            cost: 0.0,
+            duration: 0.0,
+        })
+    }
+
+    fn find_alternative(&mut self, _: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {
+        // A granted projection has no geometry, hence nothing in which another solution could differ.
+        Err(ActionRefusal {
+            call: String::new(),
+            found_before: tried,
+            exhausted: true,
+            tried: 0,
+            causes: Vec::new(),
+        })
+    }
+
+    fn knows(&self, _: &str) -> bool {
+        false
+    }
+
+    fn fact(&mut self, _: &Domain, _: AttributeId, _: EntityId) -> Value {
+        Value::Null
+    }
+
+    fn save(&mut self) -> Mark {
+        Mark(0)
+    }
+
+    fn restore(&mut self, _: Mark) {}
+
+    fn rewind(&mut self) {}
+
+    fn replay(&mut self, _: GasRef) {}
+}

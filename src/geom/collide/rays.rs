@@ -1,0 +1,102 @@
+//! Rays against solids, in closed form.
+//!
+//! Padding is exact for spheres and capsules; a padded box or cylinder is met as the sharp one whose sides are moved out by the margin,
+//! which contains the rounded one.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use super::{Core, Solid};
+use crate::geom::{Pose, Vec3};
+
+/// Returns the distance [m], at most `max`, from the ray's origin R to the first point of the solid along the unit `direction`;
+/// `p_WR` and `direction` are expressed in the world. 0 when the origin lies inside,
+/// and when an origin or the direction is not finite.
+pub fn ray(solid: &Solid, X_WS: &Pose, p_WR: &Vec3, direction: &Vec3, max: f64) -> Option<f64> {
+    let between = X_WS.translation.vector - p_WR;
+    if !(between.sum() + direction.sum()).is_finite() {
+        return Some(0.0);
+    }
+    let ahead = between.dot(direction);
+    let aside2 = between.norm_squared() - ahead * ahead;
+    // The bounding sphere is passed by, is behind, or is too far.
+    if aside2 > solid.radius * solid.radius || ahead < -solid.radius || ahead - solid.radius > max {
+        return None;
+    }
+    let p = X_WS.rotation.inverse_transform_vector(&-between);
+    let d = X_WS.rotation.inverse_transform_vector(direction);
+    let round = solid.round;
+    let hit = match solid.core {
+        Core::Point => ball(&p, &d, round),
+        Core::Segment { half_length } => {
+            let side = tube(&p, &d, round, half_length);
+            let cap = |z: f64| ball(&(p - Vec3::new(0.0, 0.0, z)), &d, round);
+            [side, cap(half_length), cap(-half_length)]
+                .into_iter()
+                .flatten()
+                .reduce(f64::min)
+        }
+        Core::Box { half } => within([
+            slab(p.x, d.x, half.x + round),
+            slab(p.y, d.y, half.y + round),
+            slab(p.z, d.z, half.z + round),
+        ]),
+        Core::Cylinder { radius, half_length } => tube(&p, &d, radius + round, half_length + round),
+    };
+    hit.filter(|&t| t <= max)
+}
+
+/// An interval of the ray's parameter.
+type Interval = Option<(f64, f64)>;
+
+/// Where `|p + t d| <= half` on one axis.
+fn slab(p: f64, d: f64, half: f64) -> Interval {
+    if d == 0.0 {
+        return (p.abs() <= half).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let (s, t) = ((-half - p) / d, (half - p) / d);
+    Some((s.min(t), s.max(t)))
+}
+
+/// Where a quadratic `a t^2 + 2 b t + c <= 0`, with `a >= 0`.
+fn quadratic(a: f64, b: f64, c: f64) -> Interval {
+    if a <= 0.0 {
+        return (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let discriminant = b * b - a * c;
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    Some(((-b - root) / a, (-b + root) / a))
+}
+
+/// First parameter that is not negative and lies in all intervals.
+fn within<const N: usize>(intervals: [Interval; N]) -> Option<f64> {
+    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+    for interval in intervals {
+        let (from, to) = interval?;
+        enter = enter.max(from);
+        leave = leave.min(to);
+    }
+    (enter <= leave).then_some(enter)
+}
+
+fn ball(p: &Vec3, d: &Vec3, radius: f64) -> Option<f64> {
+    within([quadratic(
+        d.norm_squared(),
+        p.dot(d),
+        p.norm_squared() - radius * radius,
+    )])
+}
+
+/// A cylinder along z with its flat ends.
+fn tube(p: &Vec3, d: &Vec3, radius: f64, half_length: f64) -> Option<f64> {
+    let (a, b) = (d.x * d.x + d.y * d.y, p.x * d.x + p.y * d.y);
+    let c = p.x * p.x + p.y * p.y - radius * radius;
+    // Below this the ray runs along the axis and the quadratic's roots mean nothing.
+    let side = if a < 1e-18 {
+        quadratic(0.0, 0.0, c)
+    } else {
+        quadratic(a, b, c)
+    };
+    within([side, slab(p.z, d.z, half_length)])
+}

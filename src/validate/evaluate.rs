@@ -1,0 +1,349 @@
+//! Tests, expressions and effects on a state, for the replay alone.
+//!
+//! A plain walk over the tree, with none of the engine's compilation, undo or bit tricks: slow, and easy to believe.
+//! A step through NULL has no value: a comparison with it is false, `!=` is true, and as an argument it is `NULL`
+//! (language, section 2). Arithmetic on something that is not a number, and a division by zero, have no value either.
+
+use std::sync::Arc;
+
+use crate::ir::{
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+};
+
+/// A state to look at, with what geometry computed for the action at hand.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) domain: &'a Domain,
+    /// By slot.
+    pub(super) values: &'a [Value],
+    /// What `GetGRPCost()` and `GetGRPDuration()` give.
+    pub(super) geometric: (f64, f64),
+}
+
+impl<'a> View<'a> {
+    /// Returns a view without geometry.
+    pub(super) fn new(domain: &'a Domain, values: &'a [Value]) -> Self {
+        View {
+            domain,
+            values,
+            geometric: (0.0, 0.0),
+        }
+    }
+
+    fn slot(&self, base: &Value, attribute: AttributeId) -> Option<SlotId> {
+        match base {
+            Value::Entity(e) => self.domain.attributes[attribute.index()]
+                .slots
+                .get(e.index())
+                .copied()?,
+            _ => None,
+        }
+    }
+
+    /// Returns the expression's value; `None` after a step through NULL.
+    pub(super) fn value(&self, expr: &Expr, frame: &[Value]) -> Option<Value> {
+        match expr {
+            Expr::Const(v) => Some(v.clone()),
+            Expr::Var(v) => frame.get(v.index()).cloned(),
+            Expr::Attribute { base, attribute } => {
+                let slot = self.slot(&self.value(base, frame)?, *attribute)?;
+                self.values.get(slot.index()).cloned()
+            }
+            Expr::Size(set) => match self.value(set, frame)? {
+                Value::Set(s) => Some(Value::Number(s.len() as f64)),
+                _ => None,
+            },
+            Expr::List(elements) => {
+                let mut set = EntitySet::default();
+                for e in elements {
+                    if let Value::Entity(e) = self.value(e, frame)? {
+                        set.insert(e);
+                    }
+                }
+                Some(Value::Set(Arc::new(set)))
+            }
+            Expr::Arithmetic { op, left, right } => {
+                let (a, b) = (self.number(left, frame)?, self.number(right, frame)?);
+                let x = match op {
+                    ArithmeticOp::Add => a + b,
+                    ArithmeticOp::Subtract => a - b,
+                    ArithmeticOp::Multiply => a * b,
+                    ArithmeticOp::Divide => a / b,
+                };
+                x.is_finite().then_some(Value::Number(x))
+            }
+            Expr::Negate(inner) => Some(Value::Number(-self.number(inner, frame)?)),
+            Expr::SetWith { set, element } => self.set_change(set, element, frame, EntitySet::insert),
+            Expr::SetWithout { set, element } => self.set_change(set, element, frame, EntitySet::remove),
+            Expr::GeometricCost => Some(Value::Number(self.geometric.0)),
+            Expr::GeometricDuration => Some(Value::Number(self.geometric.1)),
+        }
+    }
+
+    fn set_change(
+        &self,
+        set: &Expr,
+        element: &Expr,
+        frame: &[Value],
+        change: fn(&mut EntitySet, EntityId),
+    ) -> Option<Value> {
+        let Value::Set(set) = self.value(set, frame)? else {
+            return None;
+        };
+        let mut set = EntitySet::clone(&set);
+        if let Value::Entity(e) = self.value(element, frame)? {
+            change(&mut set, e);
+        }
+        Some(Value::Set(Arc::new(set)))
+    }
+
+    /// Returns the expression's number, if it is one.
+    pub(super) fn number(&self, expr: &Expr, frame: &[Value]) -> Option<f64> {
+        match self.value(expr, frame)? {
+            Value::Number(x) => Some(x),
+            _ => None,
+        }
+    }
+
+    /// Says whether the test holds; `frame` comes back as it was.
+    pub(super) fn holds(&self, test: &Test, frame: &mut [Value]) -> bool {
+        match test {
+            Test::And(tests) => tests.iter().all(|t| self.holds(t, frame)),
+            Test::Or(tests) => tests.iter().any(|t| self.holds(t, frame)),
+            Test::Not(inner) => !self.holds(inner, frame),
+            Test::Compare { op, left, right } => compare(*op, self.value(left, frame), self.value(right, frame)),
+            Test::Member { element, set } => match (self.value(element, frame), self.value(set, frame)) {
+                (Some(Value::Entity(e)), Some(Value::Set(s))) => s.contains(e),
+                _ => false,
+            },
+            Test::Forall { var, ty, guard, body } => self.over(*var, *ty, frame, &mut |frame| {
+                !self.holds(guard, frame) || self.holds(body, frame)
+            }),
+            Test::Exist { var, ty, guard, body } => !self.over(*var, *ty, frame, &mut |frame| {
+                !(self.holds(guard, frame) && self.holds(body, frame))
+            }),
+            Test::Holds(expr) => self.value(expr, frame) == Some(Value::Bool(true)),
+        }
+    }
+
+    /// Says whether `body` says yes for every entity of the type.
+    fn over(&self, var: Var, ty: TypeId, frame: &mut [Value], body: &mut dyn FnMut(&mut [Value]) -> bool) -> bool {
+        let before = frame[var.index()].clone();
+        let mut all = true;
+        for e in &self.domain.types[ty.index()].entities {
+            frame[var.index()] = Value::Entity(*e);
+            if !body(frame) {
+                all = false;
+                break;
+            }
+        }
+        frame[var.index()] = before;
+        all
+    }
+
+    /// Returns the first literal that makes the test fail, with its values; `None` if the test holds.
+    pub(super) fn failing(&self, test: &Test, frame: &mut [Value]) -> Option<String> {
+        match test {
+            Test::And(tests) => tests.iter().find_map(|t| self.failing(t, frame)),
+            _ if self.holds(test, frame) => None,
+            Test::Forall { var, ty, guard, body } => {
+                let before = frame[var.index()].clone();
+                let mut found = None;
+                for e in &self.domain.types[ty.index()].entities {
+                    frame[var.index()] = Value::Entity(*e);
+                    if self.holds(guard, frame) {
+                        found = self.failing(body, frame);
+                    }
+                    if found.is_some() {
+                        break;
+                    }
+                }
+                frame[var.index()] = before;
+                found
+            }
+            _ => Some(self.show_test(test, frame)),
+        }
+    }
+
+    fn show_test(&self, test: &Test, frame: &[Value]) -> String {
+        let expr = |e: &Expr| self.show_expr(e, frame);
+        let with = |e: &Expr| match (e, self.value(e, frame)) {
+            (Expr::Const(_) | Expr::Var(_), _) => String::new(),
+            (_, Some(v)) => format!(" (it is {})", self.domain.show(&v)),
+            (_, None) => " (a step through NULL)".to_owned(),
+        };
+        match test {
+            Test::And(tests) => {
+                let all: Vec<String> = tests.iter().map(|t| self.show_test(t, frame)).collect();
+                all.join("; ")
+            }
+            Test::Or(tests) => {
+                let all: Vec<String> = tests.iter().map(|t| self.show_test(t, frame)).collect();
+                format!("none of {}", all.join(" or "))
+            }
+            Test::Not(inner) => format!("not {}", self.show_test(inner, frame)),
+            Test::Compare { op, left, right } => {
+                let op = match op {
+                    CompareOp::Equal => "==",
+                    CompareOp::NotEqual => "!=",
+                    CompareOp::Less => "<",
+                    CompareOp::LessEqual => "<=",
+                    CompareOp::Greater => ">",
+                    CompareOp::GreaterEqual => ">=",
+                };
+                format!("`{} {op} {}`{}{}", expr(left), expr(right), with(left), with(right))
+            }
+            Test::Member { element, set } => format!("`{} >> {}`{}", expr(element), expr(set), with(set)),
+            Test::Forall { ty, .. } => format!("a test of every `{}`", self.domain.types[ty.index()].name),
+            Test::Exist { ty, .. } => format!("some `{}`", self.domain.types[ty.index()].name),
+            Test::Holds(inner) => format!("`{}`{}", expr(inner), with(inner)),
+        }
+    }
+
+    fn show_expr(&self, expr: &Expr, frame: &[Value]) -> String {
+        match expr {
+            Expr::Const(v) => self.domain.show(v),
+            Expr::Var(v) => frame.get(v.index()).map_or_else(String::new, |v| self.domain.show(v)),
+            Expr::Attribute { base, attribute } => {
+                let name = &self.domain.attributes[attribute.index()].name;
+                format!("{}.{name}", self.show_expr(base, frame))
+            }
+            Expr::Size(set) => format!("size({})", self.show_expr(set, frame)),
+            Expr::List(elements) => {
+                let all: Vec<String> = elements.iter().map(|e| self.show_expr(e, frame)).collect();
+                format!("[{}]", all.join(", "))
+            }
+            Expr::Arithmetic { op, left, right } => {
+                let op = match op {
+                    ArithmeticOp::Add => "+",
+                    ArithmeticOp::Subtract => "-",
+                    ArithmeticOp::Multiply => "*",
+                    ArithmeticOp::Divide => "/",
+                };
+                format!(
+                    "({} {op} {})",
+                    self.show_expr(left, frame),
+                    self.show_expr(right, frame)
+                )
+            }
+            Expr::Negate(inner) => format!("-{}", self.show_expr(inner, frame)),
+            Expr::SetWith { set, element } => {
+                format!("{} + {}", self.show_expr(set, frame), self.show_expr(element, frame))
+            }
+            Expr::SetWithout { set, element } => {
+                format!("{} - {}", self.show_expr(set, frame), self.show_expr(element, frame))
+            }
+            Expr::GeometricCost => "GetGRPCost()".to_owned(),
+            Expr::GeometricDuration => "GetGRPDuration()".to_owned(),
+        }
+    }
+}
+
+fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
+    let (Some(left), Some(right)) = (left, right) else {
+        return op == CompareOp::NotEqual;
+    };
+    let numbers = match (&left, &right) {
+        (Value::Number(a), Value::Number(b)) => Some((*a, *b)),
+        _ => None,
+    };
+    match op {
+        CompareOp::Equal => left == right,
+        CompareOp::NotEqual => left != right,
+        CompareOp::Less => numbers.is_some_and(|(a, b)| a < b),
+        CompareOp::LessEqual => numbers.is_some_and(|(a, b)| a <= b),
+        CompareOp::Greater => numbers.is_some_and(|(a, b)| a > b),
+        CompareOp::GreaterEqual => numbers.is_some_and(|(a, b)| a >= b),
+    }
+}
+
+/// Runs effects in order, each seeing what the ones before have changed. An assignment through NULL does nothing.
+pub(super) fn apply(
+    domain: &Domain,
+    values: &mut [Value],
+    effects: &[Effect],
+    frame: &mut [Value],
+    geometric: (f64, f64),
+) {
+    for effect in effects {
+        let view = View {
+            domain,
+            values,
+            geometric,
+        };
+        match effect {
+            Effect::Assign {
+                entity,
+                attribute,
+                value,
+            } => {
+                let slot = view.value(entity, frame).and_then(|e| view.slot(&e, *attribute));
+                let mut value = view.value(value, frame).unwrap_or_default();
+                if domain.attributes[attribute.index()].is_set && value == Value::Null {
+                    value = Value::Set(Arc::default());
+                }
+                if let Some(slot) = slot {
+                    values[slot.index()] = value;
+                }
+            }
+            Effect::Add {
+                entity,
+                attribute,
+                element,
+            } => alter(view, entity, *attribute, element, frame, EntitySet::insert)
+                .into_iter()
+                .for_each(|(slot, set)| values[slot.index()] = set),
+            Effect::Remove {
+                entity,
+                attribute,
+                element,
+            } => alter(view, entity, *attribute, element, frame, EntitySet::remove)
+                .into_iter()
+                .for_each(|(slot, set)| values[slot.index()] = set),
+            Effect::Forall {
+                var,
+                ty,
+                guard,
+                effects,
+            } => {
+                let before = frame[var.index()].clone();
+                for e in &domain.types[ty.index()].entities {
+                    frame[var.index()] = Value::Entity(*e);
+                    let view = View {
+                        domain,
+                        values,
+                        geometric,
+                    };
+                    if view.holds(guard, frame) {
+                        apply(domain, values, effects, frame, geometric);
+                    }
+                }
+                frame[var.index()] = before;
+            }
+            Effect::If { test, then, otherwise } => {
+                let branch = if view.holds(test, frame) { then } else { otherwise };
+                apply(domain, values, branch, frame, geometric);
+            }
+        }
+    }
+}
+
+fn alter(
+    view: View<'_>,
+    entity: &Expr,
+    attribute: AttributeId,
+    element: &Expr,
+    frame: &[Value],
+    change: fn(&mut EntitySet, EntityId),
+) -> Option<(SlotId, Value)> {
+    let slot = view.slot(&view.value(entity, frame)?, attribute)?;
+    let Value::Entity(element) = view.value(element, frame)? else {
+        return None;
+    };
+    let mut set = match view.values.get(slot.index())? {
+        Value::Set(s) => EntitySet::clone(s),
+        _ => EntitySet::default(),
+    };
+    change(&mut set, element);
+    Some((slot, Value::Set(Arc::new(set))))
+}

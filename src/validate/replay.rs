@@ -1,0 +1,431 @@
+//! Does the plan's actions one by one, symbols and motions together.
+
+use indexmap::IndexMap;
+
+use super::{
+    Settings, Verdict,
+    bodies::{Bodies, Touching},
+    evaluate::{View, apply},
+    facts::{self, Status},
+    fault::{Checked, Fault, Kind},
+    handling::{self, Hand},
+    motion::{self, Mover},
+    schedule::Done,
+    shared::Shared,
+    slot_name,
+};
+use crate::ir::{self, Domain, EntityId, SlotId, Value};
+use crate::plan::{Action, AttachmentChange, Geometry, Motion, Plan};
+use crate::world::{EntityRef, State, World};
+
+/// How far `stack` may be off the middle of the support face [m].
+const CENTRE: f64 = 0.001;
+
+/// The plan, done.
+pub(super) struct Replay {
+    /// Symbolic state before each action, and the last one.
+    pub(super) states: Vec<Vec<Value>>,
+    pub(super) done: Vec<Done>,
+}
+
+/// What changes during a replay.
+struct Progress<'a> {
+    state: State,
+    shared: Shared<'a>,
+    verdict: &'a mut Verdict,
+}
+
+/// The symbolic state after an action and, if it was projected, the shared attributes in it.
+type Outcome = (Vec<Value>, Option<Vec<(SlotId, Value)>>);
+
+/// What stays the same during a replay.
+struct Context<'a> {
+    domain: &'a Domain,
+    bodies: Bodies<'a>,
+    start: &'a State,
+    settings: &'a Settings,
+}
+
+/// Replays all actions.
+pub(super) fn run(
+    plan: &Plan,
+    domain: &Domain,
+    world: &World,
+    settings: &Settings,
+    actions: &[ir::Goal],
+    verdict: &mut Verdict,
+) -> Checked<Replay> {
+    let context = Context {
+        domain,
+        bodies: Bodies::new(&world.scene),
+        start: &world.start,
+        settings,
+    };
+    let mut state = world.start.clone();
+    for agent in 0..state.agents.len() {
+        context.bodies.carry(&mut state, agent);
+    }
+    let mut shared = Shared::new(domain, &context.bodies, settings)?;
+    let mut values = domain.initial.clone();
+    shared.read_start(&state, &mut values, verdict)?;
+    let mut progress = Progress { state, shared, verdict };
+    let mut replay = Replay {
+        states: vec![values],
+        done: Vec::with_capacity(actions.len()),
+    };
+    for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
+        let before = replay.states[index].clone();
+        let (values, done) = context.act(action, goal, &before, &mut progress).map_err(|f| {
+            f.later_by(action.start)
+                .at_time(action.start)
+                .in_action(index, &text(action))
+        })?;
+        replay.states.push(values);
+        replay.done.push(done);
+        progress.verdict.actions += 1;
+    }
+    Ok(replay)
+}
+
+fn text(action: &Action) -> String {
+    format!("{}({})", action.name, action.arguments.join(", "))
+}
+
+impl Context<'_> {
+    /// Does one action and returns the symbolic state after it. Times of faults count from its start.
+    fn act(
+        &self,
+        action: &Action,
+        goal: &ir::Goal,
+        before: &[Value],
+        progress: &mut Progress<'_>,
+    ) -> Checked<(Vec<Value>, Done)> {
+        let domain = self.domain;
+        let ir::TaskId::Action(id) = goal.task else {
+            return Err(Kind::UnknownName {
+                what: "action",
+                name: action.name.clone(),
+            }
+            .into());
+        };
+        let operator = &domain.actions[id.index()];
+        let mut frame = goal.args.clone();
+        frame.resize(operator.n_vars.max(frame.len()), Value::Null);
+        let view = View::new(domain, before);
+        if let Some(test) = view.failing(&operator.preconditions, &mut frame) {
+            return Err(Kind::Precondition { test }.into());
+        }
+        let geometric = match (&operator.projects, &action.geometry) {
+            (None, None) => (0.0, 0.0),
+            (None, Some(_)) => return Err(Kind::GeometryUnexpected {}.into()),
+            (Some(projection), None) => {
+                return Err(Kind::GeometryMissing {
+                    projection: projection.name.clone(),
+                }
+                .into());
+            }
+            (Some(projection), Some(geometry)) => {
+                let args: Vec<Value> = projection
+                    .args
+                    .iter()
+                    .map(|a| view.value(a, &frame).unwrap_or_default())
+                    .collect();
+                self.project(&projection.name, &args, geometry, progress)?;
+                let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+                (geometry.cost_parts.values().sum(), duration)
+            }
+        };
+        let view = View { geometric, ..view };
+        self.cost_and_duration(operator, action, view, &frame)?;
+        let end = action.geometry.as_ref().map_or(action.duration[0], |_| geometric.1);
+        self.outcome(operator, action, view, &mut frame, progress)
+            .map(|(values, read)| {
+                let done = Done {
+                    goal: goal.clone(),
+                    geometric,
+                    shared: read,
+                };
+                (values, done)
+            })
+            .map_err(|f| f.at_time(end))
+    }
+
+    /// Applies the effects, reads the shared attributes, and compares with the changes listed.
+    fn outcome(
+        &self,
+        operator: &ir::Action,
+        action: &Action,
+        view: View<'_>,
+        frame: &mut [Value],
+        progress: &mut Progress<'_>,
+    ) -> Checked<Outcome> {
+        let (domain, before) = (self.domain, view.values);
+        let Progress { state, shared, verdict } = progress;
+        let guessed: Vec<bool> = (0..domain.slots.len())
+            .map(|i| shared.is_guess(SlotId(i as u32)))
+            .collect();
+        let mut values = before.to_vec();
+        apply(domain, &mut values, &operator.effects, frame, view.geometric);
+        let read = if action.geometry.is_some() {
+            shared.read(state, before, &mut values, &action.changes, verdict)?;
+            if let Some(object) = handling::in_the_air(&self.bodies, state, self.start) {
+                return Err(Kind::InTheAir { object }.into());
+            }
+            Some(shared.snapshot(&values))
+        } else {
+            None
+        };
+        let mut expected = IndexMap::new();
+        for (i, slot) in domain.slots.iter().enumerate() {
+            let name = slot_name(domain, slot);
+            let listed = action.changes.get(&name);
+            // A guess about the start may have hidden a change, or made one up.
+            if guessed[i] {
+                if listed.is_some() {
+                    shared.settle(SlotId(i as u32));
+                    expected.insert(name, domain.show(&values[i]));
+                }
+                continue;
+            }
+            let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
+            if now != was {
+                expected.insert(name, now);
+            }
+        }
+        let none = "unchanged".to_owned();
+        for name in expected.keys().chain(action.changes.keys()) {
+            let (wanted, found) = (expected.get(name), action.changes.get(name));
+            if wanted != found {
+                return Err(Kind::Changes {
+                    attribute: name.clone(),
+                    expected: wanted.unwrap_or(&none).clone(),
+                    found: found.unwrap_or(&none).clone(),
+                }
+                .into());
+            }
+        }
+        Ok((values, read))
+    }
+
+    fn cost_and_duration(
+        &self,
+        operator: &ir::Action,
+        action: &Action,
+        view: View<'_>,
+        frame: &[Value],
+    ) -> Checked<()> {
+        let differ = |a: f64, b: f64| (a - b).abs() > self.settings.time_tolerance * a.abs().max(1.0);
+        let cost = view.number(&operator.cost, frame).ok_or(Kind::CostUndefined {})?;
+        if cost < 0.0 {
+            return Err(Kind::CostNegative { cost }.into());
+        }
+        if differ(cost, action.cost) {
+            return Err(Kind::Cost {
+                expected: cost,
+                found: action.cost,
+            }
+            .into());
+        }
+        let end = |e: &ir::Expr| view.number(e, frame).ok_or(Kind::DurationUndefined {});
+        let (least, most) = (end(&operator.duration.0)?, end(&operator.duration.1)?);
+        // What moves takes at least as long as its motions.
+        let expected = [least.max(view.geometric.1), most.max(view.geometric.1)];
+        let [found_least, found_most] = action.duration;
+        let disorder = !(0.0 <= least && least <= most);
+        if disorder || differ(expected[0], found_least) || differ(expected[1], found_most) {
+            return Err(Kind::Duration {
+                expected,
+                found: action.duration,
+            }
+            .into());
+        }
+        Ok(())
+    }
+
+    fn entity(&self, value: Option<&Value>) -> Option<EntityRef> {
+        let Some(Value::Entity(EntityId(e))) = value else {
+            return None;
+        };
+        self.bodies.scene.find(&self.domain.entities[*e as usize].name)
+    }
+
+    /// Checks the geometric action's choices against its arguments, and plays its motions.
+    fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'_>) -> Checked<()> {
+        // The thesis's name for it.
+        let name = if name == "placeR" { "placeReachable" } else { name };
+        let same = |what: &'static str, expected: &str, found: &str| {
+            if expected == found {
+                Ok(())
+            } else {
+                Err(Fault::from(Kind::GeometryMismatch {
+                    what,
+                    expected: expected.to_owned(),
+                    found: found.to_owned(),
+                }))
+            }
+        };
+        same("geometric action", name, &geometry.action)?;
+        let arity = match name {
+            "pick" => 2,
+            "place" | "stack" => 3,
+            "placeReachable" => 4,
+            _ => {
+                return Err(Kind::GeometryUnchecked {
+                    action: name.to_owned(),
+                }
+                .into());
+            }
+        };
+        if args.len() != arity {
+            return Err(Kind::ArgumentCount {
+                task: name.to_owned(),
+                expected: arity,
+                found: args.len(),
+            }
+            .into());
+        }
+        let shown: Vec<String> = args.iter().map(|a| self.domain.show(a)).collect();
+        same("acting agent", &shown[0], &geometry.agent)?;
+        same("handled object", &shown[1], &geometry.object)?;
+        let unknown = |what: &'static str, name: &str| Kind::UnknownName {
+            what,
+            name: name.to_owned(),
+        };
+        let (Some(EntityRef::Agent(agent)), Some(EntityRef::Object(object))) =
+            (self.entity(args.first()), self.entity(args.get(1)))
+        else {
+            return Err(unknown(
+                "agent with an object in the world",
+                &format!("{}, {}", shown[0], shown[1]),
+            )
+            .into());
+        };
+        let arms = &self.bodies.scene.agents[agent].arms;
+        let arm = arms.iter().position(|a| a.name == geometry.arm);
+        let hand = Hand {
+            agent,
+            arm: arm.ok_or_else(|| unknown("arm", &geometry.arm))?,
+        };
+        match (name, &geometry.placement) {
+            ("pick", None) => {}
+            ("pick", Some(_)) => {
+                return Err(Kind::Handling {
+                    what: "a pick has no placement".to_owned(),
+                }
+                .into());
+            }
+            (_, None) => {
+                return Err(Kind::Handling {
+                    what: format!("`{name}` needs a placement"),
+                }
+                .into());
+            }
+            (_, Some(placement)) => {
+                same("support", &shown[2], &placement.on)?;
+                let off = placement.x.abs().max(placement.y.abs());
+                if name == "stack" && off > CENTRE {
+                    return Err(Kind::Placement {
+                        what: "x, y and yaw",
+                        distance: off,
+                        angle: 0.0,
+                    }
+                    .into());
+                }
+            }
+        }
+        self.moves(name, geometry, hand, object, progress)?;
+        let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+        if name == "placeReachable" {
+            let Some(EntityRef::Agent(other)) = self.entity(args.get(3)) else {
+                return Err(unknown("agent", &shown[3]).into());
+            };
+            let claim = facts::status(
+                &self.bodies,
+                &progress.state,
+                "isReachable",
+                EntityRef::Object(object),
+                EntityRef::Agent(other),
+                Some(true),
+                self.settings,
+            );
+            progress.verdict.facts += 1;
+            if claim == Some(Status::Fails) {
+                let fact = format!("isReachable({}, {})", shown[1], shown[3]);
+                return Err(Fault::from(Kind::FactUnconfirmed { fact }).at_time(end));
+            }
+        }
+        Ok(())
+    }
+
+    /// Plays the sub-actions.
+    fn moves(
+        &self,
+        name: &str,
+        geometry: &Geometry,
+        hand: Hand,
+        object: usize,
+        progress: &mut Progress<'_>,
+    ) -> Checked<()> {
+        let Progress { state, verdict, .. } = progress;
+        let (mut time, mut taken, mut left) = (0.0, 0_usize, 0_usize);
+        if name != "pick" {
+            handling::holds(&self.bodies, state, hand, object, &geometry.grasp).map_err(|f| f.at_time(0.0))?;
+        }
+        for (i, sub_action) in geometry.sub_actions.iter().enumerate() {
+            // The hand comes near what it handles on a straight line, or with its fingers.
+            let touching = (sub_action.motion != Motion::Free).then_some(Touching {
+                agent: hand.agent,
+                arm: hand.arm,
+                object,
+            });
+            let mover = Mover {
+                agent: hand.agent,
+                arm: hand.arm,
+                touching,
+            };
+            let place = |f: Fault| f.later_by(time).at_time(time).in_sub_action(i, &sub_action.name);
+            motion::check(&self.bodies, state, mover, sub_action, self.settings, verdict).map_err(place)?;
+            let end = time + sub_action.trajectory.duration();
+            let Some(change) = &sub_action.change else {
+                time = end;
+                continue;
+            };
+            let of = match change {
+                AttachmentChange::Attach { object, .. } | AttachmentChange::Detach { object, .. } => object,
+            };
+            let changed = if *of == geometry.object {
+                match change {
+                    AttachmentChange::Attach { object_in_tool, .. } => {
+                        taken += 1;
+                        handling::attach(&self.bodies, state, hand, object, object_in_tool, geometry)
+                    }
+                    AttachmentChange::Detach { object_in_world, .. } => {
+                        left += 1;
+                        handling::detach(&self.bodies, state, hand, object, object_in_world, geometry)
+                    }
+                }
+            } else {
+                Err(Kind::GeometryMismatch {
+                    what: "handled object",
+                    expected: geometry.object.clone(),
+                    found: of.clone(),
+                }
+                .into())
+            };
+            changed.map_err(|f| f.at_time(end).in_sub_action(i, &sub_action.name))?;
+            verdict.attachments += 1;
+            time = end;
+        }
+        let wanted = if name == "pick" { (1, 0) } else { (0, 1) };
+        if (taken, left) != wanted {
+            let fault = Kind::Handling {
+                what: format!(
+                    "`{name}` takes {} and lets go of {} objects, here it is {taken} and {left}",
+                    wanted.0, wanted.1
+                ),
+            };
+            return Err(Fault::from(fault).at_time(time));
+        }
+        Ok(())
+    }
+}
