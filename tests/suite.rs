@@ -1,1 +1,237 @@
-fn main() {}
+//! One test for each file dropped in a folder below `tests/suite`; the snapshot lands beside its input.
+//!
+//! `ok` has no problems and `bad` has one, judged before any snapshot is compared. Write snapshots with
+//! `INSTA_UPDATE=always cargo test --test suite`, and read them.
+//!
+//! A `check` case may begin with lines that stand for a world file:
+//! `//# entity CUP Object`, `//# agent PR2 [TYPE]`, `//# shared Object.isOn isOn`, `//# value CUP.weight 0.3`
+//! (words apart from the first two are an array after `[`), and `//# goal Pick(PR2, CUP)`.
+
+use std::path::Path;
+
+use sgap::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
+use sgap::diag::{Problems, render};
+use sgap::source::{FileId, Sources, Span};
+use sgap::{ir, syntax};
+
+type Outcome = datatest_stable::Result<()>;
+
+/// Compares `text` with the snapshot beside `path`.
+fn snapshot(path: &Path, text: &str) -> Outcome {
+    let folder = std::path::absolute(path.parent().ok_or("a case lies in a folder")?)?;
+    let name = path.file_stem().and_then(|n| n.to_str()).ok_or("a case has a name")?;
+    insta::with_settings!(
+        { snapshot_path => folder, prepend_module_to_snapshot => false, omit_expression => true },
+        { insta::assert_snapshot!(name, text) }
+    );
+    Ok(())
+}
+
+/// Reads a case under its bare file name, so that no snapshot depends on where the project lies.
+fn read(path: &Path) -> datatest_stable::Result<(Sources, FileId, String)> {
+    let text = std::fs::read_to_string(path)?;
+    let name = path.file_name().and_then(|n| n.to_str()).ok_or("a case has a name")?;
+    let mut sources = Sources::default();
+    let file = sources.add(name, text.clone());
+    Ok((sources, file, text))
+}
+
+fn show(problems: &Problems, sources: &Sources) -> String {
+    render::render(problems, sources, false)
+}
+
+fn parse_ok(path: &Path) -> Outcome {
+    let (sources, file, text) = read(path)?;
+    let (ast, problems) = syntax::parse(file, &text);
+    assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    let printed = syntax::print(&ast);
+    let (again, problems) = syntax::parse(file, &printed);
+    assert!(problems.0.is_empty(), "printed text parses: {problems:?}\n{printed}");
+    assert_eq!(printed, syntax::print(&again), "printing is stable");
+    snapshot(path, &printed)
+}
+
+fn parse_bad(path: &Path) -> Outcome {
+    let (sources, file, text) = read(path)?;
+    let (_, problems) = syntax::parse(file, &text);
+    assert!(problems.has_errors(), "no problem found");
+    snapshot(path, &show(&problems, &sources))
+}
+
+fn check_ok(path: &Path) -> Outcome {
+    let (sources, file, text) = read(path)?;
+    let (domain, problems) = compile(file, &text);
+    assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    snapshot(path, &ir::dump(&domain.ok_or("no problem, so a domain")?))
+}
+
+fn check_bad(path: &Path) -> Outcome {
+    let (sources, file, text) = read(path)?;
+    let (_, problems) = compile(file, &text);
+    assert!(!problems.0.is_empty(), "no problem found");
+    snapshot(path, &show(&problems, &sources))
+}
+
+/// Compiles the case with the world that its first lines describe.
+fn compile(file: FileId, text: &str) -> (Option<ir::Domain>, Problems) {
+    let (ast, mut problems) = syntax::parse(file, text);
+    assert!(
+        !problems.0.iter().any(|p| p.code == "hatp::syntax"),
+        "a check case parses: {problems:?}"
+    );
+    let (given, goal) = header(file, text);
+    let (domain, faults) = check::compile(&[ast], &given);
+    problems.extend(faults);
+    if let (Some(domain), Some((goal, at))) = (&domain, goal) {
+        let (goal, faults) = check::parse_goal(&goal, file, at, domain);
+        assert_eq!(goal.is_none(), faults.has_errors());
+        problems.extend(faults);
+    }
+    (domain, problems.sorted())
+}
+
+/// Returns the world of the `//#` lines, and the goal with its place.
+fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>) {
+    let mut given = Given::default();
+    let mut goal = None;
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let start = at;
+        at += line.len();
+        let Some(rest) = line.trim_end().strip_prefix("//# ") else {
+            continue;
+        };
+        let (kind, rest) = rest.split_once(' ').expect("a header line has two words or more");
+        let begin = start + 5 + kind.len();
+        let span = Span::new(file, begin, begin + rest.len());
+        let words: Vec<&str> = rest.split([' ', ',', '[', ']']).filter(|w| !w.is_empty()).collect();
+        match kind {
+            "entity" | "agent" => given.entities.push(GivenEntity {
+                name: words[0].into(),
+                ty: words.get(1).map(|w| (*w).into()),
+                is_agent: kind == "agent",
+                span,
+            }),
+            "shared" => given.shared.push((words[0].into(), words[1].into(), span)),
+            "value" => {
+                let (entity, attribute) = words[0].split_once('.').expect("ENTITY.attribute");
+                given.values.push(GivenValue {
+                    entity: entity.into(),
+                    attribute: attribute.into(),
+                    values: words[1..].iter().map(|w| literal(w)).collect(),
+                    is_list: rest.contains('['),
+                    span,
+                });
+            }
+            "goal" => goal = Some((rest.to_owned(), begin)),
+            other => panic!("unknown header `{other}`"),
+        }
+    }
+    (given, goal)
+}
+
+fn literal(word: &str) -> GivenLiteral {
+    match (word, word.parse()) {
+        ("true" | "false", _) => GivenLiteral::Bool(word == "true"),
+        (_, Ok(x)) => GivenLiteral::Number(x),
+        _ => GivenLiteral::Text(word.into()),
+    }
+}
+
+/// Every code that a room's source names has its page, and a case whose snapshot shows it.
+fn documented(path: &Path) -> Outcome {
+    let text = std::fs::read_to_string(path)?;
+    let mut cases = String::new();
+    for folder in ["tests/suite/parse/bad", "tests/suite/check/bad"] {
+        for entry in std::fs::read_dir(folder)? {
+            let entry = entry?.path();
+            if entry.extension().is_some_and(|e| e == "snap") {
+                cases += &std::fs::read_to_string(entry)?;
+            }
+        }
+    }
+    for code in text
+        .split('"')
+        .filter(|part| part.starts_with("hatp::") && !part.contains(['<', ' ']))
+    {
+        // Codes of the renderer's own tests.
+        if code == "hatp::x" {
+            continue;
+        }
+        let page = format!("docs/errors/{}.md", code.replace("::", "-"));
+        assert!(Path::new(&page).exists(), "`{code}` has no page {page}");
+        let shown = cases.lines().any(|line| line == code);
+        assert!(shown, "`{code}` has no case below tests/suite");
+    }
+    Ok(())
+}
+
+/// What the examples of the error pages use without declaring it.
+const CONTEXT: &str = "
+factdatabase {
+  define entityType Object;
+  define entityType Cup : Object;
+  define entityType Table;
+  define entityAttributes Agent { static atom string type; dynamic atom Object hasInHand; }
+  define entityAttributes Object { dynamic atom Table isOn; dynamic set Agent isReachable; dynamic atom number weight; }
+  PR2 = new Agent; CUP = new Cup; TABLE = new Table;
+}
+action Pick(Agent A, Object O) { }
+action Give(Agent A, Object O, Agent B) { }
+";
+
+/// The wrong example of an error page has the problem that the page tells of; the right one has none at all.
+fn page(path: &Path) -> Outcome {
+    let text = std::fs::read_to_string(path)?;
+    let name = path.file_stem().and_then(|n| n.to_str()).ok_or("a page has a name")?;
+    let code = name.replacen('-', "::", 1);
+    assert!(text.starts_with(&format!("# {code}\n")), "the title is the code");
+    let problems_of = |example: &str| {
+        let mut sources = Sources::default();
+        let all = format!("{example}\n{CONTEXT}");
+        let file = sources.add("example.hatp", all.clone());
+        let (ast, mut problems) = syntax::parse(file, &all);
+        problems.extend(check::compile(&[ast], &Given::default()).1);
+        (show(&problems, &sources), problems)
+    };
+    let mut n_right = 0;
+    for block in text.split("```hatp").skip(1) {
+        let (kind, rest) = block.split_once('\n').ok_or("a block has lines")?;
+        let example = rest.split("```").next().unwrap_or_default();
+        let (shown, problems) = problems_of(example);
+        if kind == ",wrong" {
+            assert!(
+                problems.0.iter().any(|p| p.code == code),
+                "no {code} in\n{example}\n{shown}"
+            );
+        } else {
+            n_right += 1;
+            assert!(problems.0.is_empty(), "{shown}");
+        }
+    }
+    assert_eq!(n_right, 1, "a page has one right example");
+    Ok(())
+}
+
+/// The domains that come with the program compile, without a world as far as they name no entity of one.
+fn domains(path: &Path) -> Outcome {
+    let (sources, file, text) = read(path)?;
+    let (ast, mut problems) = syntax::parse(file, &text);
+    if path.file_name().is_some_and(|n| n != "prelude.hatp") {
+        problems.extend(check::compile(&[ast], &Given::default()).1);
+    }
+    assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    Ok(())
+}
+
+datatest_stable::harness! {
+    { test = parse_ok, root = "tests/suite/parse/ok", pattern = r"\.hatp$" },
+    { test = parse_bad, root = "tests/suite/parse/bad", pattern = r"\.hatp$" },
+    { test = check_ok, root = "tests/suite/check/ok", pattern = r"\.hatp$" },
+    { test = check_bad, root = "tests/suite/check/bad", pattern = r"\.hatp$" },
+    { test = documented, root = "src/syntax", pattern = r"\.rs$" },
+    { test = documented, root = "src/check", pattern = r"\.rs$" },
+    { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },
+    { test = domains, root = "domains", pattern = r"\.hatp$" },
+    // Folders of other rooms (plan ...) go here, one line each.
+}

@@ -34,44 +34,23 @@ pub(super) fn compile(items: &[&Item], names: &mut Names, problems: &mut Problem
             declared.entry(&f.name.text).or_insert(f);
         }
     }
-    let calls: IndexMap<&str, IndexSet<&str>> = declared
-        .iter()
-        .map(|(name, f)| {
-            let mut called = IndexSet::new();
-            if let Some(body) = &f.body {
-                collect_calls(body, &mut called);
-            }
-            called.retain(|c| declared.contains_key(c));
-            (*name, called)
-        })
-        .collect();
-    let mut out = Functions::new();
-    let mut waiting: IndexSet<&str> = declared.keys().copied().collect();
-    loop {
-        let ready: Vec<&str> = waiting
-            .iter()
-            .copied()
-            .filter(|name| {
-                calls
-                    .get(name)
-                    .is_none_or(|c| c.iter().all(|called| !waiting.contains(called)))
-            })
-            .collect();
-        if ready.is_empty() {
-            break;
+    let calls = |f: &&ast::Function| {
+        let mut called = IndexSet::new();
+        if let Some(body) = &f.body {
+            collect_calls(body, &mut called);
         }
-        for name in ready {
-            waiting.shift_remove(name);
-            let Some(function) = declared.get(name) else { continue };
-            if let Some(value) = body(function, names, &out, problems) {
-                out.insert(name.to_owned(), value);
-            }
+        called.iter().filter_map(|c| declared.get_index_of(c)).collect()
+    };
+    let after: Vec<Vec<usize>> = declared.values().map(calls).collect();
+    let sorted = super::order::sort(&after);
+    let mut out = Functions::new();
+    for (name, function) in sorted.order.iter().filter_map(|i| declared.get_index(*i)) {
+        if let Some(value) = body(function, names, &out, problems) {
+            out.insert((*name).to_owned(), value);
         }
     }
-    for name in &waiting {
-        if let Some(function) = declared.get(name).filter(|_| reaches_itself(name, &calls)) {
-            problems.push(problems::recursive(&function.name));
-        }
+    for (_, function) in sorted.circles.iter().flatten().filter_map(|i| declared.get_index(*i)) {
+        problems.push(problems::recursive(&function.name));
     }
     out
 }
@@ -91,22 +70,6 @@ fn collect_calls<'a>(expr: &'a ast::Expr, out: &mut IndexSet<&'a str>) {
             collect_calls(right, out);
         }
     }
-}
-
-fn reaches_itself(name: &str, calls: &IndexMap<&str, IndexSet<&str>>) -> bool {
-    let mut seen: IndexSet<&str> = IndexSet::new();
-    let mut open = vec![name];
-    while let Some(at) = open.pop() {
-        for called in calls.get(at).into_iter().flatten() {
-            if *called == name {
-                return true;
-            }
-            if seen.insert(called) {
-                open.push(called);
-            }
-        }
-    }
-    false
 }
 
 fn body(function: &ast::Function, names: &mut Names, functions: &Functions, problems: &mut Problems) -> Option<Value> {

@@ -42,7 +42,7 @@ impl Kind {
             Kind::Entity(t) => format!("an entity of type `{}`", type_name(t)),
             Kind::Any => "an entity".into(),
             Kind::Set(Some(t)) => format!("a set of `{}`", type_name(t)),
-            Kind::Set(None) => "an empty set".into(),
+            Kind::Set(None) => "a set".into(),
             Kind::Null => "`NULL`".into(),
             Kind::Duration => "a duration (least, most)".into(),
             Kind::Unknown => "something unknown".into(),

@@ -223,15 +223,13 @@ impl Walk<'_> {
             }
             after.push(before);
         }
-        if let Some(cycle) = cycle(&after) {
+        for circle in super::order::sort(&after).circles {
             let label = |i: &usize| {
-                steps
-                    .get(*i)
-                    .and_then(|s| s.label.as_ref())
-                    .map_or("?".into(), |l| l.text.clone())
+                let label = steps.get(*i).and_then(|s| s.label.as_ref());
+                label.map_or_else(|| "?".into(), |l| l.text.clone())
             };
-            let names: Vec<String> = cycle.iter().chain(cycle.first()).map(label).collect();
-            if let Some(first) = cycle.first().and_then(|i| steps.get(*i)) {
+            let names: Vec<String> = circle.iter().chain(circle.first()).map(label).collect();
+            if let Some(first) = circle.first().and_then(|i| steps.get(*i)) {
                 self.problems.push(problems::order_cycle(&names, first.span));
             }
         }
@@ -241,39 +239,6 @@ impl Walk<'_> {
                 subtask.after = after;
             }
         }
-    }
-}
-
-/// Returns positions that each wait for the next one, the last for the first.
-fn cycle(after: &[Vec<usize>]) -> Option<Vec<usize>> {
-    let mut done = vec![false; after.len()];
-    loop {
-        let ready = |i: usize| {
-            after
-                .get(i)
-                .is_none_or(|a| a.iter().all(|b| done.get(*b).copied().unwrap_or(true)))
-        };
-        let free: Vec<usize> = (0..after.len())
-            .filter(|i| !done.get(*i).copied().unwrap_or(true) && ready(*i))
-            .collect();
-        if free.is_empty() {
-            break;
-        }
-        for i in free {
-            if let Some(d) = done.get_mut(i) {
-                *d = true;
-            }
-        }
-    }
-    let start = done.iter().position(|d| !d)?;
-    let waits_for = |i: usize| after.get(i)?.iter().copied().find(|b| done.get(*b) == Some(&false));
-    let mut path = vec![start];
-    loop {
-        let next = waits_for(*path.last()?)?;
-        if let Some(i) = path.iter().position(|p| *p == next) {
-            return Some(path.split_off(i));
-        }
-        path.push(next);
     }
 }
 

@@ -14,6 +14,7 @@ mod initial;
 mod kinds;
 mod methods;
 mod names;
+mod order;
 mod problems;
 mod tasks;
 mod test;
@@ -137,5 +138,55 @@ fn unsupported(item: &ast::Item) -> Option<Problem> {
             Some(problems::not_supported(message, f.name.span, help))
         }
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diag::render::render;
+    use crate::source::Sources;
+    use proptest::prelude::*;
+
+    const DOMAIN: &str = include_str!("../../domains/ramification.hatp");
+
+    #[test]
+    fn the_prelude_has_no_problems_of_its_own() {
+        let (_, problems) = syntax::parse(PRELUDE, PRELUDE_TEXT);
+        assert_eq!(problems, Problems::default());
+        assert_eq!(compile(&[], &Given::default()).1, Problems::default());
+    }
+
+    /// A domain in which some words stand where others stood: it mostly parses, and is mostly wrong.
+    fn shuffled() -> impl Strategy<Value = String> {
+        let words: Vec<&str> = DOMAIN
+            .split_inclusive([' ', '\n', '(', ')', '{', '}', ';', '.', ','])
+            .collect();
+        let n = words.len();
+        prop::collection::vec((0..n, 0..n), 0..6).prop_map(move |swaps| {
+            let mut words = words.clone();
+            for (a, b) in swaps {
+                words[a] = words[b];
+            }
+            words.concat()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_parses_is_checked_without_a_panic(text in shuffled()) {
+            let mut sources = Sources::default();
+            let file = sources.add("a.hatp", text.clone());
+            let (ast, mut problems) = syntax::parse(file, &text);
+            let (domain, faults) = compile(&[ast], &Given::default());
+            prop_assert_eq!(domain.is_none(), faults.has_errors());
+            problems.extend(faults);
+            // No problem points into the prelude: `render` would have no such file.
+            render(&problems, &sources, false);
+            if let Some(domain) = domain {
+                ir::dump(&domain);
+                parse_goal(&text, file, 0, &domain);
+            }
+        }
     }
 }

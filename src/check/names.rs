@@ -11,6 +11,12 @@ use crate::ir::{self, Base, Domain, EntityId, StringId, TypeId};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Param};
 
+/// Attributes times entities: the table has a place for each pair. HEURISTIC: 80 MB; real domains stay below 10 000.
+const MAX_SLOTS: usize = 10_000_000;
+
+/// Supertypes above one another; each entity is listed in all of them.
+const MAX_SUPERTYPES: usize = 32;
+
 /// What may be called with arguments.
 #[derive(Debug, Clone)]
 pub(super) struct Signature {
@@ -39,6 +45,7 @@ impl Names {
     pub(super) fn collect(items: &[&Item], given: &Given, problems: &mut Problems) -> Self {
         let mut names = Names::default();
         names.collect_types(items, problems);
+        names.limit_depth(items, problems);
         names.collect_entities(items, given, problems);
         names.collect_callables(items, problems);
         names.collect_attributes(items, problems);
@@ -80,6 +87,26 @@ impl Names {
                 problems.push(problems::type_cycle(&t.name));
             } else if let Some(ty) = self.domain.types.get_mut(sub.index()) {
                 ty.parent = Some(parent);
+            }
+        }
+    }
+
+    /// Cuts and reports chains of supertypes that are too long.
+    fn limit_depth(&mut self, items: &[&Item], problems: &mut Problems) {
+        for item in items {
+            let Item::EntityType(t) = item else { continue };
+            let Some((id, _)) = self.types.get(&t.name.text) else {
+                continue;
+            };
+            let mut at = Some(*id);
+            for _ in 0..MAX_SUPERTYPES {
+                at = at.and_then(|t| self.domain.types.get(t.index())).and_then(|t| t.parent);
+            }
+            if at.is_some() {
+                if let Some(ty) = self.domain.types.get_mut(id.index()) {
+                    ty.parent = None;
+                }
+                problems.push(problems::too_many_supertypes(&t.name, MAX_SUPERTYPES));
             }
         }
     }
@@ -288,6 +315,17 @@ impl Names {
                 let first = self.attribute_spans.get(first.index()).copied();
                 problems.push(problems::duplicate("attribute", &attribute.name, *span, first));
             }
+        }
+        let n_entities = self.domain.entities.len();
+        if self.domain.attributes.len().saturating_mul(n_entities) > MAX_SLOTS {
+            if let Some(span) = self.attribute_spans.last() {
+                problems.push(problems::too_many_slots(
+                    self.domain.attributes.len(),
+                    n_entities,
+                    *span,
+                ));
+            }
+            return;
         }
         for attribute in &mut self.domain.attributes {
             attribute.slots = vec![None; self.domain.entities.len()];

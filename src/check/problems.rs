@@ -107,8 +107,9 @@ pub(super) fn order_cycle(labels: &[String], span: Span) -> Problem {
 }
 
 pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
-    let message = format!("the cost is {value}, below 0");
-    Problem::error("hatp::negative-cost", message, span, "negative").help("a cost is 0 or more")
+    let message = format!("the cost is {value}, and must be 0 or more");
+    Problem::error("hatp::negative-cost", message, span, "")
+        .help("the search cuts off what costs more than the best plan")
 }
 
 pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {
@@ -150,7 +151,20 @@ pub(super) fn recursive(name: &Name) -> Problem {
 
 pub(super) fn too_large(span: Span) -> Problem {
     let message = "this expression is too large when its functions are written out";
-    Problem::error("hatp::too-deep", message, span, "").help("call fewer functions within functions")
+    Problem::error("hatp::too-large", message, span, "").help("call fewer functions within functions")
+}
+
+pub(super) fn too_many_slots(n_attributes: usize, n_entities: usize, span: Span) -> Problem {
+    let message = format!("{n_attributes} attributes and {n_entities} entities are too many together");
+    Problem::error("hatp::too-large", message, span, "").help("declare only the entities that the task needs")
+}
+
+pub(super) fn too_many_supertypes(name: &Name, limit: usize) -> Problem {
+    let message = format!(
+        "type `{}` has more than {limit} supertypes above one another",
+        name.text
+    );
+    Problem::error("hatp::too-large", message, name.span, "").help("remove levels between the types")
 }
 
 pub(super) fn type_cycle(name: &Name) -> Problem {

@@ -111,6 +111,11 @@ pub(super) fn action(
     out
 }
 
+/// Says whether the number may be a cost or a time: finite, and not below 0.
+fn is_amount(x: f64) -> bool {
+    x.is_finite() && x >= 0.0
+}
+
 fn clause_word(clause: &Clause) -> (&'static str, Span) {
     match clause {
         Clause::Preconditions(_, span) => ("preconditions", *span),
@@ -164,7 +169,7 @@ impl Walk<'_> {
 
     fn cost(&mut self, expr: &ast::Expr) -> Expr {
         let cost = self.number(expr);
-        if let Some(value) = constant_number(&cost).filter(|c| *c < 0.0) {
+        if let Some(value) = constant_number(&cost).filter(|c| !is_amount(*c)) {
             self.problems.push(problems::negative_cost(value, expr.span));
         }
         cost
@@ -177,8 +182,8 @@ impl Walk<'_> {
         match value {
             (Value::Pair(least, most), _) => {
                 let (l, m) = (constant_number(&least), constant_number(&most));
-                let wrong = l.is_some_and(|l| l < 0.0) || l.zip(m).is_some_and(|(l, m)| l > m);
-                if wrong || m.is_some_and(|m| m < 0.0) {
+                let one_wrong = [l, m].into_iter().flatten().any(|x| !is_amount(x));
+                if one_wrong || l.zip(m).is_some_and(|(l, m)| l > m) {
                     let (l, m) = (l.unwrap_or(0.0), m.unwrap_or(0.0));
                     self.problems.push(problems::bad_duration(l, m, expr.span));
                 }

@@ -13,6 +13,9 @@ use crate::source::{FileId, Sources, Span};
 /// Width of a report [columns].
 const WIDTH: usize = 100;
 
+/// Reports shown at once; the rest is counted. Nobody reads more, and each is searched for in the whole text.
+const MAX_REPORTS: usize = 100;
+
 /// Returns a report with the source's lines for each problem, in the order of `problems`.
 pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
     let styles = if color {
@@ -28,7 +31,7 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
         .with_links(false)
         .with_width(WIDTH);
     let mut out = String::new();
-    for problem in &problems.0 {
+    for problem in problems.0.iter().take(MAX_REPORTS) {
         // Only a writer that fails or a span outside of the text can make miette fail; then the plain line is still there.
         let mut report = String::new();
         if handler
@@ -42,6 +45,10 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
             out.push('\n');
         }
         out.push('\n');
+    }
+    let n_more = problems.0.len().saturating_sub(MAX_REPORTS);
+    if n_more > 0 {
+        out.push_str(&format!("and {n_more} more\n"));
     }
     out
 }

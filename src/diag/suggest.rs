@@ -1,5 +1,8 @@
 //! The nearest right name, for "did you mean".
 
+/// Candidates looked at; a file with thousands of names and thousands of mistakes must still be answered at once.
+const MAX_CANDIDATES: usize = 2_000;
+
 /// Returns the candidate that the user most likely meant by `name`, if one is near.
 ///
 /// The same letters in other capitals win; then the smallest edit distance (Damerau, optimal string alignment), at most
@@ -7,7 +10,7 @@
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();
     let mut best: Option<(usize, &'a str)> = None;
-    for candidate in candidates {
+    for candidate in candidates.into_iter().take(MAX_CANDIDATES) {
         if candidate == name {
             continue;
         }

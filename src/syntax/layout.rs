@@ -7,15 +7,22 @@
 /// stack for each.
 pub const MAX_DEPTH: usize = 64;
 
+/// A file may have this many tokens. HEURISTIC: fifty times the largest domain that we know; the search for pieces of a
+/// broken file of that size takes less than a second.
+pub const MAX_TOKENS: usize = 400_000;
+
+/// Start and end of a token [bytes].
+pub type Token = (usize, usize);
+
 /// What the text is made of.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// Start and end of every token in bytes, in order; comments and white space are none.
-    pub tokens: Vec<(usize, usize)>,
+    /// Every token, in order; comments and white space are none.
+    pub tokens: Vec<Token>,
     /// The bracket that lies deeper than [`MAX_DEPTH`], if any.
-    pub too_deep: Option<(usize, usize)>,
+    pub too_deep: Option<Token>,
     /// Open brackets that are never closed, outermost first.
-    pub unclosed: Vec<(usize, usize)>,
+    pub unclosed: Vec<Token>,
     /// A `/*` without its `*/`.
     pub open_comment: Option<usize>,
     /// A `"` without its partner on the same line.
@@ -98,8 +105,8 @@ pub fn layout(text: &str) -> Layout {
 }
 
 impl Layout {
-    /// Returns the token that starts at or after `at`, and the one before it.
-    pub fn around(&self, at: usize) -> (Option<(usize, usize)>, Option<(usize, usize)>) {
+    /// Returns the last token that starts before `at`, and the first that does not.
+    pub fn around(&self, at: usize) -> (Option<Token>, Option<Token>) {
         let next = self.tokens.partition_point(|t| t.0 < at);
         let before = next.checked_sub(1).and_then(|i| self.tokens.get(i)).copied();
         (before, self.tokens.get(next).copied())

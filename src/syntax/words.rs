@@ -8,7 +8,9 @@ use super::parser::Rule;
 /// There is no wildcard arm: a new rule without its word does not compile.
 pub fn word(rule: Rule) -> Option<&'static str> {
     Some(match rule {
-        Rule::file | Rule::pieces | Rule::lone | Rule::goal_call => return None,
+        Rule::file | Rule::lone => "`factdatabase`, `HTN` or another declaration",
+        Rule::goal_call => "a task with its arguments",
+        Rule::pieces => return None,
         Rule::EOI => "the end of the file",
         Rule::fact_database => "`factdatabase`",
         Rule::database_item => return None,
@@ -36,8 +38,8 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::direction => "`<` or `>`",
         Rule::subtask => "a subtask",
         Rule::label => "a label",
-        Rule::order => "`>` or `after`",
-        Rule::order_mark => "`>` or `after`",
+        Rule::order => "`>`",
+        Rule::order_mark => "`>`",
         Rule::function => "`function`",
         Rule::function_body => "`{`",
         Rule::geometric | Rule::geometric_body | Rule::fact => return None,
@@ -47,7 +49,7 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         }
         Rule::test_op => "a comparison",
         Rule::effect | Rule::forall_effect | Rule::if_effect | Rule::assignment => "an effect",
-        Rule::effect_op => "`=`, `<<=` or `=>>`",
+        Rule::effect_op => "`=`",
         Rule::expr | Rule::term | Rule::factor | Rule::number | Rule::boolean | Rule::null => "a value",
         Rule::compat_null | Rule::compat_assign | Rule::compat_equal => return None,
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",

@@ -3,11 +3,12 @@
 use pest::iterators::{Pair, Pairs};
 
 use super::Rule;
+use super::parts::parts;
 use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Span};
 use crate::syntax::ast::*;
 
-/// Operators that one expression may chain. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
+/// Operators of one expression with all within it. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
 /// that a person wrote.
 const MAX_OPERATORS: usize = 200;
 /// Steps of one path; each is a level of recursion.
@@ -18,93 +19,20 @@ pub(super) struct Builder<'p> {
     file: FileId,
     offset: usize,
     problems: &'p mut Problems,
-}
-
-/// The parts of a pair that carry meaning.
-struct Parts<'i>(std::iter::Peekable<std::vec::IntoIter<Pair<'i, Rule>>>);
-
-impl<'i> Parts<'i> {
-    /// Returns the next part, which the grammar promises.
-    fn want(&mut self) -> Pair<'i, Rule> {
-        match self.0.next() {
-            Some(pair) => pair,
-            None => unreachable!("builder: the grammar promises one more part"),
-        }
-    }
-
-    /// Returns the next part if it is of that rule.
-    fn take_if(&mut self, rule: Rule) -> Option<Pair<'i, Rule>> {
-        self.0.next_if(|p| p.as_rule() == rule)
-    }
-}
-
-impl<'i> Iterator for Parts<'i> {
-    type Item = Pair<'i, Rule>;
-    fn next(&mut self) -> Option<Self::Item> {
-        self.0.next()
-    }
-}
-
-/// Splits a pair; brackets, separators and words that only introduce are left out.
-fn parts(pair: Pair<'_, Rule>) -> Parts<'_> {
-    let kept: Vec<_> = pair.into_inner().filter(|p| !is_fixed(p.as_rule())).collect();
-    Parts(kept.into_iter().peekable())
-}
-
-/// Says whether the rule's text is always the same and says nothing that the rule around it does not say.
-fn is_fixed(rule: Rule) -> bool {
-    matches!(
-        rule,
-        Rule::lbrace
-            | Rule::rbrace
-            | Rule::lparen
-            | Rule::rparen
-            | Rule::lbracket
-            | Rule::rbracket
-            | Rule::semi
-            | Rule::skipped_semi
-            | Rule::stray_semi
-            | Rule::comma
-            | Rule::colon
-            | Rule::dot
-            | Rule::EOI
-            | Rule::kw_factdatabase
-            | Rule::kw_htn
-            | Rule::kw_time_part
-            | Rule::kw_import
-            | Rule::kw_define
-            | Rule::kw_entity_type
-            | Rule::kw_entity_attributes
-            | Rule::kw_fact
-            | Rule::kw_new
-            | Rule::kw_action
-            | Rule::kw_method
-            | Rule::kw_preconditions
-            | Rule::kw_projects
-            | Rule::kw_constraints
-            | Rule::kw_alternatives
-            | Rule::kw_effects
-            | Rule::kw_cost
-            | Rule::kw_duration
-            | Rule::kw_goal
-            | Rule::kw_subtasks
-            | Rule::kw_let
-            | Rule::kw_after
-            | Rule::kw_function
-            | Rule::kw_geometric
-            | Rule::kw_or
-            | Rule::kw_not
-            | Rule::kw_forall
-            | Rule::kw_exist
-            | Rule::kw_if
-            | Rule::kw_else
-            | Rule::order_mark
-    )
+    /// Within an expression, and how many operators it has had so far.
+    is_inside: bool,
+    n_operators: usize,
 }
 
 impl<'p> Builder<'p> {
     pub(super) fn new(file: FileId, offset: usize, problems: &'p mut Problems) -> Self {
-        Builder { file, offset, problems }
+        Builder {
+            file,
+            offset,
+            problems,
+            is_inside: false,
+            n_operators: 0,
+        }
     }
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
@@ -481,7 +409,7 @@ impl<'p> Builder<'p> {
         let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
         if steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
-            let problem = Problem::error("hatp::too-deep", message, span, "this path");
+            let problem = Problem::error("hatp::too-large", message, span, "this path");
             self.problems.push(problem.help("name a part of it with `let`"));
             steps.truncate(MAX_STEPS);
         }
@@ -498,19 +426,30 @@ impl<'p> Builder<'p> {
         }
     }
 
-    /// Reads `expr` or `term`: operands with operators between them, from left to right.
+    /// Reads an expression; the outermost one counts the operators of all within.
     fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
-        let whole = self.span(&pair);
+        let outer = (self.is_inside, self.n_operators);
+        if !self.is_inside {
+            (self.is_inside, self.n_operators) = (true, 0);
+        }
+        let expr = self.chain(pair);
+        if !outer.0 {
+            (self.is_inside, self.n_operators) = outer;
+        }
+        expr
+    }
+
+    /// Reads `expr` or `term`: operands with operators between them, from left to right.
+    fn chain(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let is_expr = pair.as_rule() == Rule::expr;
         let mut p = parts(pair);
-        let operand = |this: &mut Self, pair| if is_expr { this.expr(pair) } else { this.factor(pair) };
+        let operand = |this: &mut Self, pair| if is_expr { this.chain(pair) } else { this.factor(pair) };
         let mut left = operand(self, p.want());
-        let mut n_operators = 0;
         while let Some(op) = p.next() {
-            n_operators += 1;
-            if n_operators > MAX_OPERATORS {
-                let message = format!("an expression has more than {MAX_OPERATORS} operators in a row");
-                let problem = Problem::error("hatp::too-deep", message, whole, "this expression");
+            self.n_operators += 1;
+            if self.n_operators > MAX_OPERATORS {
+                let message = format!("an expression has more than {MAX_OPERATORS} operators");
+                let problem = Problem::error("hatp::too-large", message, self.span(&op), "one too many");
                 self.problems.push(problem.help("name parts of it with functions"));
                 break;
             }
@@ -564,7 +503,7 @@ impl<'p> Builder<'p> {
             Rule::boolean => ExprKind::Bool(pair.as_str() == "true"),
             Rule::null => ExprKind::Null,
             Rule::compat_null => {
-                let message = format!("no value is written `NULL`, not `{}`", pair.as_str());
+                let message = format!("a missing value is written `NULL`, not `{}`", pair.as_str());
                 let problem = Problem::error("hatp::null-spelling", message, span, "");
                 self.problems.push(problem.help("write `NULL`"));
                 ExprKind::Null

@@ -1,0 +1,87 @@
+//! The parts of a pair without the words and marks that are always the same.
+
+use pest::iterators::Pair;
+
+use super::Rule;
+
+/// The parts of a pair that carry meaning.
+pub(super) struct Parts<'i>(std::iter::Peekable<std::vec::IntoIter<Pair<'i, Rule>>>);
+
+impl<'i> Parts<'i> {
+    /// Returns the next part, which the grammar promises.
+    pub(super) fn want(&mut self) -> Pair<'i, Rule> {
+        match self.0.next() {
+            Some(pair) => pair,
+            None => unreachable!("builder: the grammar promises one more part"),
+        }
+    }
+
+    /// Returns the next part if it is of that rule.
+    pub(super) fn take_if(&mut self, rule: Rule) -> Option<Pair<'i, Rule>> {
+        self.0.next_if(|p| p.as_rule() == rule)
+    }
+}
+
+impl<'i> Iterator for Parts<'i> {
+    type Item = Pair<'i, Rule>;
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next()
+    }
+}
+
+/// Splits a pair; brackets, separators and words that only introduce are left out.
+pub(super) fn parts(pair: Pair<'_, Rule>) -> Parts<'_> {
+    let kept: Vec<_> = pair.into_inner().filter(|p| !is_fixed(p.as_rule())).collect();
+    Parts(kept.into_iter().peekable())
+}
+
+/// Says whether the rule's text is always the same and says nothing that the rule around it does not say.
+fn is_fixed(rule: Rule) -> bool {
+    matches!(
+        rule,
+        Rule::lbrace
+            | Rule::rbrace
+            | Rule::lparen
+            | Rule::rparen
+            | Rule::lbracket
+            | Rule::rbracket
+            | Rule::semi
+            | Rule::skipped_semi
+            | Rule::stray_semi
+            | Rule::comma
+            | Rule::colon
+            | Rule::dot
+            | Rule::EOI
+            | Rule::kw_factdatabase
+            | Rule::kw_htn
+            | Rule::kw_time_part
+            | Rule::kw_import
+            | Rule::kw_define
+            | Rule::kw_entity_type
+            | Rule::kw_entity_attributes
+            | Rule::kw_fact
+            | Rule::kw_new
+            | Rule::kw_action
+            | Rule::kw_method
+            | Rule::kw_preconditions
+            | Rule::kw_projects
+            | Rule::kw_constraints
+            | Rule::kw_alternatives
+            | Rule::kw_effects
+            | Rule::kw_cost
+            | Rule::kw_duration
+            | Rule::kw_goal
+            | Rule::kw_subtasks
+            | Rule::kw_let
+            | Rule::kw_after
+            | Rule::kw_function
+            | Rule::kw_geometric
+            | Rule::kw_or
+            | Rule::kw_not
+            | Rule::kw_forall
+            | Rule::kw_exist
+            | Rule::kw_if
+            | Rule::kw_else
+            | Rule::order_mark
+    )
+}
