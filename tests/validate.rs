@@ -1,11 +1,16 @@
 //! The validator says yes to a right plan, and no to each damaged one for its own reason.
+#![expect(clippy::unwrap_used, reason = "a test that can't go on should stop")]
 
 #[path = "validate/damage.rs"]
 mod damage;
 #[path = "validate/domain.rs"]
 mod domain;
+#[path = "validate/motions.rs"]
+mod motions;
 #[path = "validate/plan.rs"]
 mod plan;
+#[path = "validate/surroundings.rs"]
+mod surroundings;
 #[path = "validate/world.rs"]
 mod world;
 
@@ -104,12 +109,12 @@ fn damaged_symbols_are_refused() {
 
 #[test]
 fn damaged_motions_are_refused() {
-    refused(damage::motions());
+    refused(motions::motions());
 }
 
 #[test]
 fn damaged_grips_are_refused() {
-    refused(damage::grips());
+    refused(motions::grips());
 }
 
 #[test]
@@ -124,7 +129,7 @@ fn damaged_schedules_are_refused() {
 
 #[test]
 fn right_plans_in_other_surroundings_are_refused() {
-    refused(damage::surroundings());
+    refused(surroundings::surroundings());
 }
 
 /// No code without a plan that is refused for it.
@@ -133,11 +138,11 @@ fn every_code_has_a_damaged_plan() {
     let groups = [
         damage::documents(),
         damage::symbols(),
-        damage::motions(),
-        damage::grips(),
+        motions::motions(),
+        motions::grips(),
         damage::trees(),
         damage::schedules(),
-        damage::surroundings(),
+        surroundings::surroundings(),
     ];
     let codes: Vec<&str> = groups.iter().flatten().map(|d| d.code).collect();
     let missing: Vec<&&str> = Kind::CODES.iter().filter(|c| !codes.contains(c)).collect();
