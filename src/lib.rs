@@ -17,6 +17,7 @@ pub mod grp;
 pub mod ir;
 pub mod plan;
 pub mod report;
+pub mod load;
 pub mod source;
 pub mod syntax;
 pub mod validate;

@@ -1,7 +1,12 @@
 //! Geometry against an independent tool's numbers, against slower ways to the same answer, and against properties that hold always.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+#![expect(clippy::unwrap_used, reason = "a test that fails stops here")]
 
 #[path = "geometry/collide.rs"]
 mod collide;
+#[path = "geometry/ik.rs"]
+mod ik;
 #[path = "geometry/kinematics.rs"]
 mod kinematics;
+#[path = "geometry/motion.rs"]
+mod motion;

@@ -1,1 +1,141 @@
-//! Names and types: all problems of a domain, not the first.
+//! Names and types of a domain: all problems, not the first; and, when there are none, the compiled domain.
+//!
+//! One walk checks an expression and writes it in ids, since both need the same knowledge of it. What is built in comes
+//! from `domains/prelude.hatp`. Does not evaluate anything but constants, and knows no geometry: what the world file
+//! declares comes in as [`Given`].
+//!
+//! Thesis 4.3.2 and 4.3.3. An action without `cost` costs what geometry says if it projects, else 1; one without
+//! `duration` lasts as long as its motions, else no time.
+
+mod expr;
+mod functions;
+mod goal;
+mod initial;
+mod kinds;
+mod methods;
+mod names;
+mod problems;
+mod tasks;
+mod test;
+
+pub use goal::parse_goal;
+
+use crate::diag::{Problem, Problems};
+use crate::ir;
+use crate::source::{FileId, Span};
+use crate::syntax::{self, ast};
+
+/// The prelude's text: the built-ins with their meaning and units.
+pub const PRELUDE_TEXT: &str = include_str!("../../domains/prelude.hatp");
+
+/// Stands for the prelude in spans. INVARIANT: no problem points there, since no `Sources` has the file.
+const PRELUDE: FileId = FileId(u32::MAX);
+
+/// What the world file declares, for the checker.
+#[derive(Debug, Clone, Default)]
+pub struct Given {
+    /// In the order of the file.
+    pub entities: Vec<GivenEntity>,
+    /// `Type.attribute` or `attribute`, and the fact that it is read from.
+    pub shared: Vec<(String, String, Span)>,
+    /// Initial values; they replace the domain's.
+    pub values: Vec<GivenValue>,
+}
+
+/// An agent or object of the world.
+#[derive(Debug, Clone)]
+pub struct GivenEntity {
+    pub name: String,
+    /// Its type in the domain. Without one an agent is an `Agent`, and anything else is an entity only if the domain
+    /// declares it.
+    pub ty: Option<String>,
+    pub is_agent: bool,
+    pub span: Span,
+}
+
+/// `RED_CUBE.painted = true` of the world file.
+#[derive(Debug, Clone)]
+pub struct GivenValue {
+    pub entity: String,
+    pub attribute: String,
+    pub values: Vec<GivenLiteral>,
+    /// Whether the file wrote an array.
+    pub is_list: bool,
+    pub span: Span,
+}
+
+/// A constant of the world file; a text is an entity's name or a string, as the attribute's type says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GivenLiteral {
+    Bool(bool),
+    Number(f64),
+    Text(String),
+}
+
+/// Checks the files together, with the world's declarations, and compiles them.
+///
+/// `None` if and only if there are errors. Problems are sorted by place.
+pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Problems) {
+    let mut problems = Problems::default();
+    let (prelude, faults) = syntax::parse(PRELUDE, PRELUDE_TEXT);
+    debug_assert!(faults.0.is_empty(), "the prelude parses");
+    let items: Vec<&ast::Item> = prelude
+        .items
+        .iter()
+        .chain(files.iter().flat_map(|f| &f.items))
+        .collect();
+    for item in &items {
+        problems.0.extend(unsupported(item));
+    }
+    let mut names = names::Names::collect(&items, given, &mut problems);
+    names.share_given(given, &mut problems);
+    let functions = functions::compile(&items, &mut names, &mut problems);
+    initial::fill(&items, given, &mut names, &functions, &mut problems);
+    for item in &items {
+        match item {
+            ast::Item::Action(action) => {
+                let action = tasks::action(action, &mut names, &functions, &mut problems);
+                names.domain.actions.push(action);
+            }
+            ast::Item::Method(method) => {
+                let method = methods::method(method, &mut names, &functions, &mut problems);
+                names.domain.methods.push(method);
+            }
+            _ => {}
+        }
+    }
+    let problems = problems.sorted();
+    let domain = (!problems.has_errors()).then_some(names.domain);
+    (domain, problems)
+}
+
+/// Says what an item asks for that is not there.
+fn unsupported(item: &ast::Item) -> Option<Problem> {
+    let builtin = |span: Span| span.file == PRELUDE;
+    match item {
+        ast::Item::TimePart(span) => Some(problems::time_part(*span)),
+        ast::Item::Import(span) => {
+            let help = "give all files on the command line, or join them";
+            Some(problems::not_supported("`import` is not there yet", *span, help))
+        }
+        ast::Item::Geometric(g) if !builtin(g.span) => {
+            let message = "a domain can't define geometric actions yet";
+            let help = "use those of the prelude: `pick`, `place`, `placeReachable`";
+            Some(problems::not_supported(message, g.name.span, help))
+        }
+        ast::Item::Fact(f) if !builtin(f.span) => {
+            let message = "a domain can't define facts yet";
+            let help = "use those of the prelude: `isOn`, `isReachable`, `isVisible`, `hasInHand`";
+            Some(problems::not_supported(message, f.name.span, help))
+        }
+        ast::Item::Function(f) if f.body.is_none() && !builtin(f.span) => {
+            let message = format!(
+                "function `{}` has no body, and a domain can't call programs",
+                f.name.text
+            );
+            let help = "write its value in braces: `{ 1 }`";
+            Some(problems::not_supported(message, f.name.span, help))
+        }
+        _ => None,
+    }
+}

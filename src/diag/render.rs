@@ -1,1 +1,215 @@
 //! Problems to text: the only user of `miette`.
+//!
+//! miette knows one source per report: labels in the file of the primary label are drawn there, labels in other files
+//! follow as reports of their own.
+
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, ThemeCharacters, ThemeStyles,
+};
+
+use super::{Label, Problem, Problems, Severity};
+use crate::source::{FileId, Sources, Span};
+
+/// Width of a report [columns].
+const WIDTH: usize = 100;
+
+/// Returns a report with the source's lines for each problem, in the order of `problems`.
+pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
+    let styles = if color {
+        ThemeStyles::ansi()
+    } else {
+        ThemeStyles::none()
+    };
+    let theme = GraphicalTheme {
+        characters: ThemeCharacters::unicode(),
+        styles,
+    };
+    let handler = GraphicalReportHandler::new_themed(theme)
+        .with_links(false)
+        .with_width(WIDTH);
+    let mut out = String::new();
+    for problem in &problems.0 {
+        // Only a writer that fails or a span outside of the text can make miette fail; then the plain line is still there.
+        let mut report = String::new();
+        if handler
+            .render_report(&mut report, &Report::new(problem, sources))
+            .is_err()
+        {
+            report = concise(problem, sources);
+        }
+        for line in report.trim_end().lines() {
+            out.push_str(line.trim_end());
+            out.push('\n');
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// Returns `file:line:column: severity: code: message` for each problem; columns count characters from 1.
+pub fn render_concise(problems: &Problems, sources: &Sources) -> String {
+    problems.0.iter().map(|p| concise(p, sources)).collect()
+}
+
+fn concise(problem: &Problem, sources: &Sources) -> String {
+    let place = match &problem.primary {
+        Some(label) => {
+            let file = sources.get(label.span.file);
+            let (line, column) = line_column(&file.text, label.span.start as usize);
+            format!("{}:{line}:{column}: ", file.path)
+        }
+        None => String::new(),
+    };
+    let severity = match problem.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    };
+    format!("{place}{severity}: {}: {}\n", problem.code, problem.message)
+}
+
+/// Returns line and column of a byte position, both from 1.
+fn line_column(text: &str, at: usize) -> (usize, usize) {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    let before = &text[..at];
+    let start = before.rfind('\n').map_or(0, |i| i + 1);
+    let line = before.matches('\n').count() + 1;
+    (line, before[start..].trim_start_matches('\u{FEFF}').chars().count() + 1)
+}
+
+/// A problem as miette wants it.
+#[derive(Debug)]
+struct Report {
+    head: MietteDiagnostic,
+    source: Option<NamedSource<String>>,
+    related: Vec<Report>,
+}
+
+impl Report {
+    fn new(problem: &Problem, sources: &Sources) -> Self {
+        let file = problem.primary.as_ref().map(|l| l.span.file);
+        let (here, elsewhere): (Vec<&Label>, Vec<&Label>) =
+            problem.notes.iter().partition(|n| Some(n.span.file) == file);
+        let labels = problem.primary.iter().map(|l| labelled(l, sources, true));
+        let labels: Vec<LabeledSpan> = labels.chain(here.iter().map(|l| labelled(l, sources, false))).collect();
+        let mut head = MietteDiagnostic::new(problem.message.clone())
+            .with_code(problem.code)
+            .with_severity(match problem.severity {
+                Severity::Error => miette::Severity::Error,
+                Severity::Warning => miette::Severity::Warning,
+            })
+            .with_labels(labels);
+        if let Some(help) = &problem.help {
+            head = head.with_help(help.clone());
+        }
+        Report {
+            head,
+            source: file.map(|f| named(f, sources)),
+            related: elsewhere.iter().map(|l| Report::note(l, sources)).collect(),
+        }
+    }
+
+    fn note(label: &Label, sources: &Sources) -> Self {
+        let mark = LabeledSpan::new_with_span(None, clipped(label.span, sources));
+        let head = MietteDiagnostic::new(label.text.clone()).with_severity(miette::Severity::Advice);
+        Report {
+            head: head.with_labels([mark]),
+            source: Some(named(label.span.file, sources)),
+            related: Vec::new(),
+        }
+    }
+}
+
+fn named(file: FileId, sources: &Sources) -> NamedSource<String> {
+    let file = sources.get(file);
+    NamedSource::new(&file.path, file.text.clone())
+}
+
+fn labelled(label: &Label, sources: &Sources, primary: bool) -> LabeledSpan {
+    let text = (!label.text.is_empty()).then(|| label.text.clone());
+    let span = clipped(label.span, sources);
+    if primary {
+        LabeledSpan::new_primary_with_span(text, span)
+    } else {
+        LabeledSpan::new_with_span(text, span)
+    }
+}
+
+/// Returns the span as miette counts, inside of the text and of whole characters.
+fn clipped(span: Span, sources: &Sources) -> (usize, usize) {
+    let text = &sources.get(span.file).text;
+    let boundary = |at: u32| {
+        let mut at = (at as usize).min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let (start, end) = (boundary(span.start), boundary(span.end));
+    (start, end.saturating_sub(start))
+}
+
+impl std::fmt::Display for Report {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.head.fmt(f)
+    }
+}
+
+impl std::error::Error for Report {}
+
+impl miette::Diagnostic for Report {
+    fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.head.code()
+    }
+    fn severity(&self) -> Option<miette::Severity> {
+        self.head.severity()
+    }
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.head.help()
+    }
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.head.labels()
+    }
+    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
+        self.source.as_ref().map(|s| s as &dyn miette::SourceCode)
+    }
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn miette::Diagnostic> + 'a>> {
+        if self.related.is_empty() {
+            return None;
+        }
+        Some(Box::new(self.related.iter().map(|r| r as &dyn miette::Diagnostic)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_of_two_files_shows_both() {
+        let mut sources = Sources::default();
+        let a = sources.add("a.hatp", "one\nB = 2;\n");
+        let b = sources.add("b.toml", "x = 1\n");
+        let problem =
+            Problem::error("hatp::x", "wrong `B`", Span::new(a, 4, 5), "here").note(Span::new(b, 0, 1), "and here");
+        let problems = Problems(vec![problem.help("do better")]);
+        let text = render(&problems, &sources, false);
+        for part in ["hatp::x", "a.hatp:2:1", "b.toml:1:1", "and here", "do better"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert_eq!(
+            render_concise(&problems, &sources),
+            "a.hatp:2:1: error: hatp::x: wrong `B`\n"
+        );
+    }
+
+    #[test]
+    fn a_span_outside_of_the_text_is_clipped() {
+        let mut sources = Sources::default();
+        let a = sources.add("a.hatp", "é");
+        let problem = Problem::error("hatp::x", "far", Span::new(a, 1, 90), "");
+        assert!(render(&Problems(vec![problem]), &sources, false).contains("far"));
+    }
+}

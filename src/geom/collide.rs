@@ -91,8 +91,8 @@ impl Solid {
 /// Returns whether two solids have a point in common. Poses that are not finite touch everything.
 pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
     let between = (X_WB.translation.vector - X_WA.translation.vector).norm_squared();
-    let reach = a.radius + b.radius;
-    if between > reach * reach {
+    let most = a.radius + b.radius;
+    if between > most * most {
         return false;
     }
     let X_AB = X_WA.inv_mul(X_WB);
@@ -103,6 +103,9 @@ pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
     if let Some(distance) = closed::signed_distance(&a.core, &b.core, &X_AB) {
         return distance <= round;
     }
+    if let Some(answer) = by_rounder_cores(a, b, &X_AB) {
+        return answer;
+    }
     // The gap between the cores' boxes is at most the gap between the cores.
     let gap = boxes::gap(&a.half, &b.half, &X_AB, round);
     if gap > round {
@@ -111,15 +114,28 @@ pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
     if gap <= 0.0 && a.core.is_its_box() && b.core.is_its_box() {
         return true;
     }
-    let X_AB = to_parry(&X_AB);
-    let mut simplex = start_simplex(a, b, &X_AB);
-    match gjk::closest_points(&X_AB, &a.core, &b.core, round, round > 0.0, &mut simplex) {
-        GJKResult::Intersection => true,
-        GJKResult::ClosestPoints(p, q, _) => (p - q).length() <= round,
-        GJKResult::Proximity(_) => false,
-        // Also returned, with any direction, when the iterations ran out; only a direction that parts the cores is an answer.
-        GJKResult::NoIntersection(d) => -d.dot(CsoPoint::from_shapes(&X_AB, &a.core, &b.core, d).point) <= round,
+    if round > 0.0 {
+        return gjk_distance(a, b, &X_AB, round).is_some_and(|distance| distance <= round);
     }
+    let X_AB = to_parry(&X_AB);
+    let mut simplex = start_simplex(&a.core, &b.core, &X_AB);
+    match gjk::closest_points(&X_AB, &a.core, &b.core, 0.0, false, &mut simplex) {
+        GJKResult::Intersection => true,
+        GJKResult::ClosestPoints(..) | GJKResult::Proximity(_) => false,
+        // Also returned, with any direction, when the iterations ran out; only a direction that parts the cores is an answer.
+        GJKResult::NoIntersection(d) => reach(&a.core, &b.core, &X_AB, d) >= 0.0,
+    }
+}
+
+/// The answer of the capsules around cylinders, if they are apart, or of those within, if they touch; most pairs need no more.
+fn by_rounder_cores(a: &Solid, b: &Solid, X_AB: &Pose) -> Option<bool> {
+    let distance = |(c, r): (Core, f64), (d, s): (Core, f64)| {
+        closed::signed_distance(&c, &d, X_AB).map(|distance| distance - r - s - a.round - b.round)
+    };
+    if distance(a.core.capsule_around()?, b.core.capsule_around()?)? > 0.0 {
+        return Some(false);
+    }
+    (distance(a.core.capsule_within(), b.core.capsule_within())? <= 0.0).then_some(true)
 }
 
 /// Returns the least distance between two solids [m]; 0 when they touch, or when a pose is not finite.
@@ -151,16 +167,48 @@ fn core_distance(a: &Solid, b: &Solid, X_AB: &Pose) -> f64 {
     if let Some(distance) = closed::signed_distance(&a.core, &b.core, X_AB) {
         return distance.max(0.0);
     }
-    let parry_X_AB = to_parry(X_AB);
-    let mut simplex = start_simplex(a, b, &parry_X_AB);
-    match gjk::closest_points(&parry_X_AB, &a.core, &b.core, f64::MAX, true, &mut simplex) {
-        GJKResult::ClosestPoints(p, q, _) => (p - q).length(),
-        GJKResult::Intersection => 0.0,
-        // The iterations ran out: a lower bound is the safe answer.
-        GJKResult::Proximity(_) | GJKResult::NoIntersection(_) => {
-            boxes::gap(&a.half, &b.half, X_AB, f64::INFINITY).max(0.0)
-        }
+    gjk_distance(a, b, X_AB, f64::MAX).unwrap_or(0.0)
+}
+
+/// Distance between the cores by GJK; `None` when it is more than `max`.
+fn gjk_distance(a: &Solid, b: &Solid, X_AB: &Pose, max: f64) -> Option<f64> {
+    let X = to_parry(X_AB);
+    let (distance, is_certain) = gjk_once(&a.core, &b.core, &X, max)?;
+    if is_certain {
+        return Some(distance);
     }
+    // A stalled GJK, which happens with long and thin cylinders, still has two points of the cores: the nearer pair is the better answer.
+    let other = gjk_once(&b.core, &a.core, &X.inverse(), max);
+    Some(other.map_or(distance, |(other, _)| distance.min(other)))
+}
+
+/// An upper bound of the distance, and whether a lower bound confirms it.
+fn gjk_once(a: &Core, b: &Core, X_AB: &ParryPose, max: f64) -> Option<(f64, bool)> {
+    let mut simplex = start_simplex(a, b, X_AB);
+    match gjk::closest_points(X_AB, a, b, max, true, &mut simplex) {
+        GJKResult::Intersection => Some((0.0, true)),
+        GJKResult::ClosestPoints(p, q, _) => {
+            let distance = (q - p).length();
+            let Some(towards) = (q - p).try_normalize() else {
+                return Some((0.0, true));
+            };
+            Some((
+                distance,
+                -reach(a, b, X_AB, towards) > distance - CONFIRMED * (1.0 + distance),
+            ))
+        }
+        // The same two cases as in `touch`.
+        GJKResult::NoIntersection(d) if -reach(a, b, X_AB, d) > max => None,
+        GJKResult::Proximity(_) | GJKResult::NoIntersection(_) => Some((0.0, false)),
+    }
+}
+
+/// Bounds that differ by less are the same [m].
+const CONFIRMED: f64 = 1e-6;
+
+/// How far A - B reaches along the unit `d`: moving B by as much along it parts them; when negative they are apart by at least as much.
+fn reach(a: &Core, b: &Core, X_AB: &ParryPose, d: ParryVector) -> f64 {
+    CsoPoint::from_shapes(X_AB, a, b, d).point.dot(d)
 }
 
 /// Least translation that parts two cores which overlap.
@@ -172,25 +220,41 @@ fn core_depth(a: &Solid, b: &Solid, X_AB: &Pose) -> f64 {
         return (-distance).max(0.0);
     }
     // An upper bound for all cores, and exact for those that fill their boxes.
-    let bound = (-boxes::gap(&a.half, &b.half, X_AB, f64::INFINITY)).max(0.0);
+    let by_boxes = (-boxes::gap(&a.half, &b.half, X_AB, f64::INFINITY)).max(0.0);
     if a.core.is_its_box() && b.core.is_its_box() {
-        return bound;
+        return by_boxes;
     }
-    let X_AB = to_parry(X_AB);
-    let mut simplex = start_simplex(a, b, &X_AB);
-    if gjk::closest_points(&X_AB, &a.core, &b.core, 0.0, true, &mut simplex) != GJKResult::Intersection {
-        return 0.0;
-    }
-    match EPA::new().closest_points(&X_AB, &a.core, &b.core, &simplex) {
-        Some((p, q, _)) => (p - q).length().min(bound),
-        None => bound,
-    }
+    // EPA can stall as well. Each way out is an upper bound, so that the least of some is safe: both orders, and across the cores.
+    let X = to_parry(X_AB);
+    let across = X.translation.reject_from(X.rotation * ParryVector::Z);
+    let across = [across, X.translation.reject_from(ParryVector::Z), X.translation];
+    let forth = epa_normal(&a.core, &b.core, &X);
+    let back = epa_normal(&b.core, &a.core, &X.inverse()).map(|d| X.rotation * d);
+    let ways = across
+        .into_iter()
+        .chain(forth)
+        .chain(back)
+        .filter_map(|d| d.try_normalize());
+    ways.flat_map(|d| [d, -d])
+        .map(|d| reach(&a.core, &b.core, &X, d).max(0.0))
+        .fold(by_boxes, f64::min)
 }
 
-fn start_simplex(a: &Solid, b: &Solid, X_AB: &ParryPose) -> VoronoiSimplex {
+/// The direction in which EPA finds the least overlap.
+fn epa_normal(a: &Core, b: &Core, X_AB: &ParryPose) -> Option<ParryVector> {
+    let mut simplex = start_simplex(a, b, X_AB);
+    if gjk::closest_points(X_AB, a, b, 0.0, true, &mut simplex) != GJKResult::Intersection {
+        return None;
+    }
+    EPA::new()
+        .closest_points(X_AB, a, b, &simplex)
+        .map(|(_, _, normal)| normal)
+}
+
+fn start_simplex(a: &Core, b: &Core, X_AB: &ParryPose) -> VoronoiSimplex {
     let towards = (-X_AB.translation).try_normalize().unwrap_or(ParryVector::X);
     let mut simplex = VoronoiSimplex::new();
-    simplex.reset(CsoPoint::from_shapes(X_AB, &a.core, &b.core, towards));
+    simplex.reset(CsoPoint::from_shapes(X_AB, a, b, towards));
     simplex
 }
 
@@ -200,6 +264,29 @@ impl Core {
         match self {
             Core::Point | Core::Segment { .. } | Core::Box { .. } => true,
             Core::Cylinder { .. } => false,
+        }
+    }
+
+    /// A rounder core and the radius to add [m], which contain this one; `None` for a box.
+    fn capsule_around(&self) -> Option<(Core, f64)> {
+        match *self {
+            Core::Box { .. } => None,
+            Core::Cylinder { radius, half_length } => Some((Core::Segment { half_length }, radius)),
+            Core::Point | Core::Segment { .. } => Some((*self, 0.0)),
+        }
+    }
+
+    /// A core and the radius to add [m] that lie within this one.
+    fn capsule_within(&self) -> (Core, f64) {
+        match *self {
+            Core::Cylinder { radius, half_length } if half_length > radius => (
+                Core::Segment {
+                    half_length: half_length - radius,
+                },
+                radius,
+            ),
+            Core::Cylinder { half_length, .. } => (Core::Point, half_length),
+            Core::Point | Core::Segment { .. } | Core::Box { .. } => (*self, 0.0),
         }
     }
 }

@@ -256,6 +256,16 @@ impl Chain {
         &self.dof_indices
     }
 
+    /// Returns whether whole turns of dof `i` leave the tool where it is: it has no limits and only drives revolute joints, one to one.
+    pub fn is_continuous(&self, i: usize) -> bool {
+        let endless = self
+            .dofs
+            .get(i)
+            .is_some_and(|d| d.lower == f64::NEG_INFINITY && d.upper == f64::INFINITY);
+        let one_to_one = |j: &ChainJoint| j.kind == JointKind::Revolute && j.scale.abs() == 1.0;
+        endless && self.joints.iter().filter(|j| j.column == i).all(one_to_one)
+    }
+
     /// Returns `X_KT`, the pose of the tool in the base link's frame; `q` in chain order.
     pub fn tool_pose(&self, q: &[f64]) -> Pose {
         let mut X_KN = Pose::identity();

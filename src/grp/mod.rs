@@ -1,1 +1,390 @@
-//! The geometric reasoner and planner.
+//! The geometric reasoner and planner: answers the engine with geometry on a world (thesis chapter 3).
+//!
+//! **Invariant:** no action has code of its own: [`description`] says what it is, one solver runs them all.
+
+mod arm_space;
+mod candidates;
+mod cost;
+mod description;
+mod facts;
+mod key;
+mod motion;
+mod prepared;
+mod solve;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+pub use description::{ACTIONS, APPROACH, Description};
+pub use facts::FACTS;
+pub use solve::{Counts, Settings};
+
+use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
+use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
+use crate::plan::{
+    ActionRefusal, AttachmentChange, Cause, CauseCount, Geometry, Motion, Placement, SubAction, Trajectory,
+};
+use crate::world::{EntityRef, Scene, State, World};
+use description::{Change, Role, Space};
+use key::Key;
+use prepared::Prepared;
+use solve::{Arguments, Room, Search, Solution};
+
+/// A fact about a pair of entities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fact {
+    /// Object on object.
+    IsOn { a: usize, b: usize },
+    HasInHand { agent: usize, object: usize },
+    IsReachable { object: usize, agent: usize },
+    IsVisible { object: usize, agent: usize },
+}
+
+/// A solved geometric action.
+#[derive(Debug)]
+struct Solved {
+    solution: Solution,
+    cost: f64,
+    duration: f64,
+}
+
+/// A geometric action with the solutions found so far.
+#[derive(Debug)]
+struct Gas {
+    search: Search,
+    solved: Vec<Solved>,
+}
+
+/// The reasoner with geometry. Remembers every action it has started, by world state and arguments, with its solutions.
+#[derive(Debug)]
+pub struct Grp<'a> {
+    scene: &'a Scene,
+    prepared: Prepared,
+    settings: Settings,
+    seed: u64,
+    stop: Arc<AtomicBool>,
+    /// World states, the current one last.
+    states: Vec<State>,
+    gases: Vec<Gas>,
+    by_key: BTreeMap<Key, GasNum>,
+    facts: BTreeMap<(Key, Fact), bool>,
+    counts: Counts,
+}
+
+impl<'a> Grp<'a> {
+    /// Makes a reasoner on a world; `stop` ends long computations from outside.
+    ///
+    /// # Errors
+    ///
+    /// A sentence, when an arm of the scene is no serial chain.
+    pub fn new(world: &'a World, settings: Settings, seed: u64, stop: Arc<AtomicBool>) -> Result<Self, String> {
+        Ok(Grp {
+            scene: &world.scene,
+            prepared: Prepared::new(&world.scene)?,
+            settings,
+            seed,
+            stop,
+            states: vec![world.start.clone()],
+            gases: Vec::new(),
+            by_key: BTreeMap::new(),
+            facts: BTreeMap::new(),
+            counts: Counts::default(),
+        })
+    }
+
+    /// Returns what was computed so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Says whether a fact holds in the current world state.
+    pub fn holds(&mut self, fact: Fact) -> bool {
+        let Some(state) = self.states.last() else { return false };
+        let (scene, prepared) = (self.scene, &self.prepared);
+        match fact {
+            Fact::IsOn { a, b } => return facts::is_on(scene, state, a, b),
+            Fact::HasInHand { agent, object } => return facts::has_in_hand(state, agent, object),
+            Fact::IsReachable { .. } | Fact::IsVisible { .. } => {}
+        }
+        let key = Key::new(self.seed).state(state);
+        if let Some(known) = self.facts.get(&(key, fact)) {
+            return *known;
+        }
+        self.counts.facts += 1;
+        let holds = match fact {
+            Fact::IsReachable { object, agent } => {
+                facts::is_reachable(scene, prepared, state, object, agent, self.seed)
+            }
+            Fact::IsVisible { object, agent } => facts::is_visible(scene, prepared, state, object, agent),
+            Fact::IsOn { .. } | Fact::HasInHand { .. } => false,
+        };
+        self.facts.insert((key, fact), holds);
+        holds
+    }
+
+    /// Returns a fact by name about two entities, or `None` when it makes no sense for them.
+    fn fact_of(&self, name: &str, first: EntityRef, second: EntityRef) -> Option<Fact> {
+        match (name, first, second) {
+            ("isOn", EntityRef::Object(a), EntityRef::Object(b)) => Some(Fact::IsOn { a, b }),
+            ("hasInHand", EntityRef::Agent(agent), EntityRef::Object(object)) => {
+                Some(Fact::HasInHand { agent, object })
+            }
+            ("isReachable", EntityRef::Object(object), EntityRef::Agent(agent)) => {
+                Some(Fact::IsReachable { object, agent })
+            }
+            ("isVisible", EntityRef::Object(object), EntityRef::Agent(agent)) => {
+                Some(Fact::IsVisible { object, agent })
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
+    pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
+        let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
+        let entities: Vec<EntityRef> = agents.chain((0..self.scene.objects.len()).map(EntityRef::Object)).collect();
+        let mut all = Vec::new();
+        for name in FACTS {
+            for first in &entities {
+                for second in &entities {
+                    if first == second {
+                        continue;
+                    }
+                    if let Some(fact) = self.fact_of(name, *first, *second)
+                        && self.is_about_things(fact)
+                    {
+                        all.push((name, *first, *second, self.holds(fact)));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Furniture is not picked up and does not stand on things: no facts about that.
+    fn is_about_things(&self, fact: Fact) -> bool {
+        let movable = |o: usize| self.scene.objects[o].movable;
+        match fact {
+            Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
+            Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
+            Fact::IsVisible { .. } => true,
+        }
+    }
+
+    fn scene_entity(&self, domain: &Domain, value: &Value) -> Result<EntityRef, String> {
+        let Value::Entity(e) = value else { return Err(format!("{} is not an entity", domain.show(value))) };
+        let name = &domain.entities[e.index()].name;
+        self.scene.find(name).ok_or_else(|| format!("{name} is not in the world file"))
+    }
+
+    fn arguments(
+        &self,
+        domain: &Domain,
+        call: &Call<'_>,
+        description: &Description,
+    ) -> Result<Arguments, String> {
+        if call.args.len() != description.roles.len() {
+            let (n, m) = (description.roles.len(), call.args.len());
+            return Err(format!("`{}` takes {n} arguments, not {m}", call.name));
+        }
+        let (mut agent, mut object, mut support, mut receiver) = (None, None, None, None);
+        for (role, value) in description.roles.iter().zip(call.args) {
+            match (role, self.scene_entity(domain, value)?) {
+                (Role::Agent, EntityRef::Agent(a)) => agent = Some(a),
+                (Role::Receiver, EntityRef::Agent(a)) => receiver = Some(a),
+                (Role::Object, EntityRef::Object(o)) => object = Some(o),
+                (Role::Support, EntityRef::Object(o)) => support = Some(o),
+                (Role::Agent | Role::Receiver, EntityRef::Object(_)) => {
+                    return Err(format!("{} is not an agent", domain.show(value)));
+                }
+                (Role::Object | Role::Support, EntityRef::Agent(_)) => {
+                    return Err(format!("{} is not an object", domain.show(value)));
+                }
+            }
+        }
+        match (agent, object) {
+            (Some(agent), Some(object)) => Ok(Arguments { agent, object, support, receiver }),
+            _ => Err(format!("`{}` needs an agent and an object", call.name)),
+        }
+    }
+
+    /// Returns the number of the action in the current world state, started now if it was not before.
+    fn start(&mut self, domain: &Domain, call: &Call<'_>) -> Result<GasNum, ActionRefusal> {
+        let refuse = |why: String| ActionRefusal {
+            call: format!("{}({})", call.name, call.args.iter().map(|a| domain.show(a)).collect::<Vec<_>>().join(", ")),
+            found_before: 0,
+            exhausted: true,
+            tried: 0,
+            causes: vec![CauseCount { sub_action: String::new(), cause: Cause::NotApplicable(why), count: 1 }],
+        };
+        let Some(description) = description::find(call.name) else {
+            return Err(refuse(format!("there is no geometric action `{}`", call.name)));
+        };
+        let arguments = self.arguments(domain, call, description).map_err(refuse)?;
+        let state = self.states.last().cloned().ok_or_else(|| refuse("there is no world state".into()))?;
+        let mut key = Key::new(self.seed).text(description.names[0]);
+        let Arguments { agent, object, support, receiver } = arguments;
+        for index in [Some(agent), Some(object), support, receiver] {
+            key = key.number(index.map_or(0, |i| i as u64 + 1));
+        }
+        let key = key.state(&state);
+        if let Some(gas) = self.by_key.get(&key) {
+            return Ok(*gas);
+        }
+        let gas = GasNum(self.gases.len() as u32);
+        let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
+        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
+        let search = Search::new(&room, description, arguments, state, key);
+        self.gases.push(Gas { search, solved: Vec::new() });
+        self.by_key.insert(key, gas);
+        Ok(gas)
+    }
+
+    /// Applies solution number `alternative` of an action, computed now unless it was before.
+    fn solution(&mut self, gas: GasNum, alternative: u32) -> Result<Projection, ActionRefusal> {
+        let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
+        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
+        let entry = &mut self.gases[gas.0 as usize];
+        while entry.solved.len() <= alternative as usize {
+            let Ok(solution) = entry.search.next_solution(&room, &mut self.counts) else {
+                return Err(entry.search.refusal(&room));
+            };
+            let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);
+            let cost = parts.values().sum();
+            let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
+            entry.solved.push(Solved { solution, cost, duration });
+        }
+        let solved = &entry.solved[alternative as usize];
+        if let Some(end) = solved.solution.end() {
+            self.states.push(end.clone());
+        }
+        Ok(Projection { gas: GasRef { gas, alternative }, cost: solved.cost, duration: solved.duration })
+    }
+
+    /// Returns the choices and motions of a projection, for the plan document.
+    pub fn geometry(&self, gas: GasRef) -> Option<Geometry> {
+        let entry = self.gases.get(gas.gas.0 as usize)?;
+        let solution = &entry.solved.get(gas.alternative as usize)?.solution;
+        let Arguments { agent, object, .. } = entry.search.arguments;
+        let body = &self.scene.agents[agent];
+        let arm = &body.arms[solution.candidate.arm];
+        let thing = &self.scene.objects[object];
+        let sub_actions = solution
+            .stages
+            .iter()
+            .map(|(stage, timed)| {
+                let chain = &self.prepared.agents[agent].arms[solution.candidate.arm].chain;
+                let dofs: Vec<usize> = match stage.sub_action.space {
+                    Space::Gripper => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
+                    Space::Arm | Space::ArmStraight => chain.dof_indices().to_vec(),
+                };
+                let after = &stage.end.objects[object];
+                SubAction {
+                    name: stage.sub_action.name.to_owned(),
+                    motion: match stage.sub_action.space {
+                        Space::Arm => Motion::Free,
+                        Space::ArmStraight => Motion::Straight,
+                        Space::Gripper => Motion::Gripper,
+                    },
+                    trajectory: Trajectory {
+                        joints: dofs.iter().map(|d| body.tree.dofs[*d].name.clone()).collect(),
+                        times: timed.times.clone(),
+                        positions: timed.positions.clone(),
+                    },
+                    change: stage.sub_action.change.map(|change| match (change, &after.held) {
+                        (Change::Attach, Some(held)) => AttachmentChange::Attach {
+                            object: thing.id.clone(),
+                            object_in_tool: held.X_TO.into(),
+                        },
+                        (Change::Attach | Change::Detach, _) => AttachmentChange::Detach {
+                            object: thing.id.clone(),
+                            object_in_world: after.X_WO.into(),
+                        },
+                    }),
+                }
+            })
+            .collect();
+        let placement = solution.candidate.placement.as_ref().map(|p| Placement {
+            on: self.scene.objects[p.on].id.clone(),
+            support: self.scene.objects[p.on].supports[p.support].name.clone(),
+            stable: thing.stable[p.stable].name.clone(),
+            x: p.x,
+            y: p.y,
+            yaw: p.yaw,
+            pose: p.X_WO.into(),
+        });
+        Some(Geometry {
+            action: entry.search.description.names[0].to_owned(),
+            gas: gas.gas.0,
+            alternative: gas.alternative,
+            agent: body.id.clone(),
+            arm: arm.name.clone(),
+            object: thing.id.clone(),
+            grasp: solution.candidate.grasp.clone(),
+            placement,
+            cost_parts: cost::parts(self.scene, &self.prepared, solution, agent),
+            sub_actions,
+        })
+    }
+}
+
+impl Reasoner for Grp<'_> {
+    fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal> {
+        let gas = self.start(domain, call)?;
+        self.solution(gas, 0)
+    }
+
+    fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {
+        self.solution(gas, tried)
+    }
+
+    fn knows(&self, fact: &str) -> bool {
+        FACTS.contains(&fact)
+    }
+
+    fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value {
+        let description = &domain.attributes[attribute.index()];
+        let empty = if description.is_set { Value::Set(Arc::new(EntitySet::default())) } else { Value::Null };
+        let Some(name) = description.fact.as_deref() else { return empty };
+        let Some(first) = self.scene.find(&domain.entities[entity.index()].name) else { return empty };
+        let crate::ir::Base::Entity(ty) = description.base else { return empty };
+        let mut members = EntitySet::default();
+        for other in &domain.types[ty.index()].entities {
+            let Some(second) = self.scene.find(&domain.entities[other.index()].name) else { continue };
+            if first == second {
+                continue;
+            }
+            if let Some(fact) = self.fact_of(name, first, second)
+                && self.is_about_things(fact)
+                && self.holds(fact)
+            {
+                if !description.is_set {
+                    return Value::Entity(*other);
+                }
+                members.insert(*other);
+            }
+        }
+        if description.is_set { Value::Set(Arc::new(members)) } else { Value::Null }
+    }
+
+    fn save(&mut self) -> Mark {
+        Mark(self.states.len())
+    }
+
+    fn restore(&mut self, mark: Mark) {
+        // INVARIANT: the start state is never forgotten.
+        self.states.truncate(mark.0.max(1));
+    }
+
+    fn rewind(&mut self) {
+        self.states.push(self.states[0].clone());
+    }
+
+    fn replay(&mut self, gas: GasRef) {
+        let solved = self.gases.get(gas.gas.0 as usize).and_then(|g| g.solved.get(gas.alternative as usize));
+        if let Some(end) = solved.and_then(|s| s.solution.end()) {
+            self.states.push(end.clone());
+        }
+    }
+}

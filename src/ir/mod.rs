@@ -1,6 +1,7 @@
 //! What the engine runs: ids instead of names, nothing optional left.
 
 mod domain;
-pub mod lower;
+mod dump;
 
 pub use domain::*;
+pub use dump::dump;

@@ -1,1 +1,5 @@
-//! Plans and facts as text, JSON and pages.
+//! Plans, reasons and facts as text, JSON and pages.
+
+pub mod html;
+pub mod json;
+pub mod text;

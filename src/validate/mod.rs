@@ -60,12 +60,12 @@ pub struct Settings {
 impl Settings {
     /// The settings of the command line: half of the planner's resolution.
     pub const STANDARD: Settings = Settings {
-        step: 0.01,
+        step: 0.005,
         tolerance: 1e-3,
         time_tolerance: 1e-6,
         max_configurations: 2_000_000,
         max_bindings: 100_000,
-        reach_restarts: 100,
+        reach_restarts: 1000,
         contradiction_restarts: 24,
         contradiction_share: 0.25,
         reach_margin: 0.005,

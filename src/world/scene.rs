@@ -17,6 +17,8 @@ pub struct World {
     pub shared: Vec<(String, String, crate::source::Span)>,
     /// `[state]`: initial symbolic values: entity, attribute, value.
     pub values: Vec<InitialValue>,
+    /// Where each entity is declared: agents first, then objects, in the order of the scene.
+    pub spans: Vec<crate::source::Span>,
 }
 
 /// `RED_CUBE.painted = true` of the world file's `[state]`.

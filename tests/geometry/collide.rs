@@ -175,4 +175,42 @@ fn what_is_not_a_number_touches() {
     let X = Pose::translation(f64::NAN, 0.0, 0.0);
     assert!(touch(&s, &X, &t, &Pose::identity()));
     assert_eq!(distance(&s, &X, &t, &Pose::identity()), 0.0);
+    assert_eq!(ray(&t, &X, &Vec3::zeros(), &Vec3::x(), 5.0), Some(0.0));
+    assert_eq!(ray(&s, &X, &Vec3::zeros(), &Vec3::x(), 5.0), Some(0.0));
+}
+
+/// Found among three million pairs: GJK stalls 3 m apart in this order, and is right in the other.
+#[test]
+fn a_stalled_gjk_is_noticed() {
+    let a = Solid::padded(
+        &Shape::Cylinder {
+            radius: 0.2,
+            half_length: 0.5158055429114515,
+        },
+        -0.01,
+    );
+    let b = Solid::new(&Shape::Cylinder {
+        radius: 0.15000000000000002,
+        half_length: 10.0,
+    });
+    let pose = |q: [f64; 4], p: [f64; 3]| {
+        let q = nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]);
+        Pose::from_parts(Vec3::from(p).into(), UnitQuaternion::new_unchecked(q))
+    };
+    let r = std::f64::consts::FRAC_1_SQRT_2;
+    let X = pose(
+        [-r, 4.329780281177467e-17, -r.next_down(), -4.329780281177466e-17],
+        [0.9418021282933452, 0.8183494599094949, 1e-6],
+    );
+    let Y = pose(
+        [
+            0.206614835153672,
+            -0.6418546613390861,
+            0.09480904173374485,
+            0.732355206998105,
+        ],
+        [0.5, 0.25, 0.45],
+    );
+    let (d, e) = (distance(&a, &X, &b, &Y), distance(&b, &Y, &a, &X));
+    assert!((d - e).abs() < 1e-6 && d < 0.03, "{d} {e}");
 }

@@ -8,12 +8,16 @@ use super::{Core, Solid};
 use crate::geom::{Pose, Vec3};
 
 /// Returns the distance [m], at most `max`, from the ray's origin R to the first point of the solid along the unit `direction`;
-/// `p_WR` and `direction` are expressed in the world. 0 when the origin lies inside.
+/// `p_WR` and `direction` are expressed in the world. 0 when the origin lies inside,
+/// and when an origin or the direction is not finite.
 pub fn ray(solid: &Solid, X_WS: &Pose, p_WR: &Vec3, direction: &Vec3, max: f64) -> Option<f64> {
     let between = X_WS.translation.vector - p_WR;
+    if !(between.sum() + direction.sum()).is_finite() {
+        return Some(0.0);
+    }
     let ahead = between.dot(direction);
     let aside2 = between.norm_squared() - ahead * ahead;
-    // The bounding sphere is passed by, is behind, or is too far: written so that a NaN falls through to `None` below.
+    // The bounding sphere is passed by, is behind, or is too far.
     if aside2 > solid.radius * solid.radius || ahead < -solid.radius || ahead - solid.radius > max {
         return None;
     }

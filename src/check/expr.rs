@@ -1,0 +1,451 @@
+//! Expressions: checked and written in ids in one walk. Functions are written out where they are called.
+
+use super::functions::{self, Functions, Value};
+use super::kinds::Kind;
+use super::names::Names;
+use super::problems;
+use crate::diag::suggest::nearest;
+use crate::diag::{Problem, Problems};
+use crate::ir::{self, ArithmeticOp, AttributeId, Expr, Var};
+use crate::source::Span;
+use crate::syntax::ast::{self, ExprKind, Name};
+
+/// A name that has a value within a task.
+#[derive(Debug, Clone)]
+pub(super) struct Bound {
+    pub name: Name,
+    pub var: Var,
+    pub kind: Kind,
+    pub is_used: bool,
+}
+
+/// The variables of a task, and where new ones go in its frame.
+#[derive(Debug, Default)]
+pub(super) struct Scope {
+    pub bound: Vec<Bound>,
+    /// Variables that a later line of the same decomposition binds.
+    pub later: Vec<Name>,
+    /// Where the next quantified variable goes. INVARIANT: behind every SELECT and `let` variable of the decomposition,
+    /// so that a filter that is evaluated again later overwrites no binding.
+    pub next_quantified: u32,
+    /// Frame size so far.
+    pub n_vars: u32,
+}
+
+impl Scope {
+    /// Returns a scope with the parameters of a task or function.
+    pub(super) fn of_params(params: &[ast::Param], kinds: &[(String, Kind)]) -> Self {
+        let bound = params
+            .iter()
+            .zip(kinds)
+            .enumerate()
+            .map(|(i, (param, (_, kind)))| Bound {
+                name: param.name.clone(),
+                var: Var(i as u32),
+                kind: *kind,
+                is_used: false,
+            });
+        let n = params.len() as u32;
+        Scope {
+            bound: bound.collect(),
+            later: Vec::new(),
+            next_quantified: n,
+            n_vars: n,
+        }
+    }
+}
+
+/// What a walk carries: the names, the task's variables, and the problems found.
+pub(super) struct Walk<'a> {
+    pub names: &'a mut Names,
+    pub functions: &'a Functions,
+    pub problems: &'a mut Problems,
+    pub scope: Scope,
+    /// What the value is for, to propose the definition of a function that is missing: `number`, `bool`, `duration`.
+    pub wanted: &'static str,
+}
+
+/// An expression that stands where something went wrong; never reaches a `Domain`.
+fn nothing() -> Expr {
+    Expr::Const(ir::Value::Null)
+}
+
+impl Walk<'_> {
+    pub(super) fn words(&self, kind: Kind) -> String {
+        kind.words(&self.names.domain)
+    }
+
+    pub(super) fn mismatch(&mut self, span: Span, wanted: &str, found: Kind) -> Problem {
+        problems::wrong_type(span, wanted, &self.words(found))
+    }
+
+    /// Binds a quantified variable for as long as `inside` runs.
+    pub(super) fn quantified<T>(
+        &mut self,
+        ty: &Name,
+        name: &Name,
+        inside: impl FnOnce(&mut Self) -> T,
+    ) -> (Var, Option<ir::TypeId>, T) {
+        let ty = self.names.type_named(ty, self.problems);
+        self.refuse_shadowing(name);
+        let var = Var(self.scope.next_quantified);
+        self.scope.next_quantified += 1;
+        self.scope.n_vars = self.scope.n_vars.max(self.scope.next_quantified);
+        self.scope.bound.push(Bound {
+            name: name.clone(),
+            var,
+            kind: ty.map_or(Kind::Unknown, Kind::Entity),
+            is_used: false,
+        });
+        let out = inside(self);
+        self.scope.bound.pop();
+        self.scope.next_quantified -= 1;
+        (var, ty, out)
+    }
+
+    /// Reports a variable that would hide another.
+    pub(super) fn refuse_shadowing(&mut self, name: &Name) {
+        if let Some(first) = self.scope.bound.iter().find(|b| b.name.text == name.text) {
+            let problem = problems::duplicate("variable", &name.text, name.span, Some(first.name.span));
+            self.problems.push(problem);
+        }
+    }
+
+    /// Returns an expression that must be of kind `wanted`.
+    pub(super) fn expect(&mut self, expr: &ast::Expr, wanted: Kind) -> Expr {
+        let (value, kind) = self.single(expr);
+        if !kind.fits(wanted, &self.names.domain) {
+            let words = self.words(wanted);
+            let problem = self.mismatch(expr.span, &words, kind);
+            self.problems.push(problem);
+        }
+        value
+    }
+
+    /// Returns an expression that is not a pair.
+    pub(super) fn single(&mut self, expr: &ast::Expr) -> (Expr, Kind) {
+        match self.value(expr) {
+            (Value::One(value), kind) => (value, kind),
+            (Value::Pair(..), _) => {
+                let problem = self.mismatch(expr.span, "one value", Kind::Duration);
+                self.problems
+                    .push(problem.help("a pair belongs in `duration { }` only"));
+                (nothing(), Kind::Unknown)
+            }
+        }
+    }
+
+    /// Returns any expression and its kind.
+    pub(super) fn value(&mut self, expr: &ast::Expr) -> (Value, Kind) {
+        let constant = |v, kind| (Expr::Const(v), kind);
+        let (value, kind) = match &expr.kind {
+            ExprKind::Number(x) => constant(ir::Value::Number(*x), Kind::Number),
+            ExprKind::String(s) => constant(ir::Value::String(self.names.string(s)), Kind::String),
+            ExprKind::Bool(b) => constant(ir::Value::Bool(*b), Kind::Bool),
+            ExprKind::Null => constant(ir::Value::Null, Kind::Null),
+            ExprKind::Path(path) => self.path(path),
+            ExprKind::Call(call) => return self.call(call),
+            ExprKind::List(elements) => self.list(elements),
+            ExprKind::Pair(least, most) => {
+                let (least, most) = (self.expect(least, Kind::Number), self.expect(most, Kind::Number));
+                return (Value::Pair(least, most), Kind::Duration);
+            }
+            ExprKind::Negate(inner) => match self.expect(inner, Kind::Number) {
+                Expr::Const(ir::Value::Number(x)) => constant(ir::Value::Number(-x), Kind::Number),
+                inner => (Expr::Negate(Box::new(inner)), Kind::Number),
+            },
+            ExprKind::Arithmetic { op, left, right } => self.arithmetic(*op, left, right),
+        };
+        (Value::One(value), kind)
+    }
+
+    fn arithmetic(&mut self, op: ast::ArithmeticOp, left: &ast::Expr, right: &ast::Expr) -> (Expr, Kind) {
+        let (l, left_kind) = self.single(left);
+        if let Kind::Set(of) = left_kind {
+            let (r, right_kind) = self.single(right);
+            let (set, element) = (Box::new(l), Box::new(r));
+            let value = match op {
+                ast::ArithmeticOp::Add => Expr::SetWith { set, element },
+                ast::ArithmeticOp::Subtract => Expr::SetWithout { set, element },
+                ast::ArithmeticOp::Multiply | ast::ArithmeticOp::Divide => {
+                    let problem = self.mismatch(left.span, "a number", left_kind);
+                    self.problems.push(problem);
+                    return (nothing(), Kind::Unknown);
+                }
+            };
+            let element_fits = match (of, right_kind) {
+                (Some(of), kind) => kind.fits(Kind::Entity(of), &self.names.domain),
+                (None, Kind::Entity(_) | Kind::Unknown) => true,
+                (None, _) => false,
+            };
+            if !element_fits {
+                let wanted = of.map_or_else(|| "an entity".into(), |of| self.words(Kind::Entity(of)));
+                let problem = self.mismatch(right.span, &wanted, right_kind);
+                self.problems
+                    .push(problem.help("`+` and `-` add and remove one entity of a set"));
+            }
+            let kind = match (of, right_kind) {
+                (None, Kind::Entity(t)) => Kind::Set(Some(t)),
+                _ => left_kind,
+            };
+            return (value, kind);
+        }
+        if !left_kind.fits(Kind::Number, &self.names.domain) {
+            let problem = self.mismatch(left.span, "a number or a set", left_kind);
+            self.problems.push(problem);
+        }
+        let r = self.expect(right, Kind::Number);
+        let op = match op {
+            ast::ArithmeticOp::Add => ArithmeticOp::Add,
+            ast::ArithmeticOp::Subtract => ArithmeticOp::Subtract,
+            ast::ArithmeticOp::Multiply => ArithmeticOp::Multiply,
+            ast::ArithmeticOp::Divide => ArithmeticOp::Divide,
+        };
+        let (left, right) = (Box::new(l), Box::new(r));
+        (Expr::Arithmetic { op, left, right }, Kind::Number)
+    }
+
+    fn list(&mut self, elements: &[ast::Expr]) -> (Expr, Kind) {
+        let mut of: Option<ir::TypeId> = None;
+        let mut out = Vec::new();
+        for element in elements {
+            let (value, kind) = self.single(element);
+            out.push(value);
+            match (kind, of) {
+                (Kind::Unknown, _) => {}
+                (Kind::Entity(t), None) => of = Some(t),
+                (Kind::Entity(t), Some(old)) => match self.common_type(old, t) {
+                    Some(common) => of = Some(common),
+                    None => {
+                        let wanted = self.words(Kind::Entity(old));
+                        let problem = self.mismatch(element.span, &wanted, kind);
+                        self.problems
+                            .push(problem.help("the entities of a list need a common type"));
+                    }
+                },
+                (kind, _) => {
+                    let problem = self.mismatch(element.span, "an entity", kind);
+                    self.problems.push(problem.help("a list holds entities"));
+                }
+            }
+        }
+        (Expr::List(out), Kind::Set(of))
+    }
+
+    /// Returns the nearest type that both are.
+    fn common_type(&self, a: ir::TypeId, b: ir::TypeId) -> Option<ir::TypeId> {
+        let mut at = Some(a);
+        while let Some(t) = at {
+            if self.names.domain.is_subtype(b, t) {
+                return Some(t);
+            }
+            at = self.names.domain.types.get(t.index()).and_then(|t| t.parent);
+        }
+        None
+    }
+
+    /// Returns the value of a variable or an entity.
+    fn root(&mut self, name: &Name) -> (Expr, Kind) {
+        if let Some(bound) = self.scope.bound.iter_mut().rev().find(|b| b.name.text == name.text) {
+            bound.is_used = true;
+            return (Expr::Var(bound.var), bound.kind);
+        }
+        if let Some(later) = self.scope.later.iter().find(|l| l.text == name.text) {
+            self.problems.push(problems::unbound(name, later.span));
+            return (nothing(), Kind::Unknown);
+        }
+        if let Some((id, _)) = self.names.entities.get(&name.text) {
+            let kind = self
+                .names
+                .domain
+                .entities
+                .get(id.index())
+                .map_or(Kind::Unknown, |e| Kind::Entity(e.ty));
+            return (Expr::Const(ir::Value::Entity(*id)), kind);
+        }
+        let variables = self.scope.bound.iter().map(|b| b.name.text.as_str());
+        let entities = self.names.entities.keys().map(String::as_str);
+        let what = "variable or entity";
+        let mut problem = problems::unknown(
+            "hatp::unknown-name",
+            what,
+            &name.text,
+            name.span,
+            variables.chain(entities),
+        );
+        if problem.help.is_none() {
+            problem = problem.help(format!(
+                "declare the entity in `factdatabase`, `{} = new Agent;` with its type, or in the world file",
+                name.text
+            ));
+        }
+        self.problems.push(problem);
+        (nothing(), Kind::Unknown)
+    }
+
+    pub(super) fn path(&mut self, path: &ast::Path) -> (Expr, Kind) {
+        let mut out = self.root(&path.root);
+        let mut span = path.root.span;
+        for step in &path.steps {
+            out = match self.step(out, span, step) {
+                Some((base, attribute, kind)) => {
+                    let base = Box::new(base);
+                    (Expr::Attribute { base, attribute }, kind)
+                }
+                None => return (nothing(), Kind::Unknown),
+            };
+            span = span.to(step.span);
+        }
+        out
+    }
+
+    /// Returns the parts of `base.step`; `span` is that of `base`.
+    fn step(&mut self, base: (Expr, Kind), span: Span, step: &Name) -> Option<(Expr, AttributeId, Kind)> {
+        let ty = match base.1 {
+            Kind::Entity(ty) => ty,
+            Kind::Unknown => return None,
+            other => {
+                let problem = self.mismatch(span, "an entity", other);
+                self.problems.push(problem.help("only an entity has attributes"));
+                return None;
+            }
+        };
+        let attribute = self.names.attribute_named(ty, step, self.problems)?;
+        let declared = self.names.domain.attributes.get(attribute.index())?;
+        Some((base.0, attribute, Kind::of(declared.base, declared.is_set)))
+    }
+
+    /// Returns entity, attribute and its kind of a path that is to be set.
+    pub(super) fn target(&mut self, path: &ast::Path) -> Option<(Expr, AttributeId, Kind)> {
+        let Some((last, before)) = path.steps.split_last() else {
+            let (_, kind) = self.root(&path.root);
+            let problem = self.mismatch(path.span, "an attribute", kind);
+            self.problems
+                .push(problem.help("set an attribute of it: `A.attribute = value;`"));
+            return None;
+        };
+        let span = before.last().map_or(path.root.span, |s| path.root.span.to(s.span));
+        let base = ast::Path {
+            root: path.root.clone(),
+            steps: before.to_vec(),
+            span,
+        };
+        let base = self.path(&base);
+        self.step(base, span, last)
+    }
+
+    /// Returns the arguments of a call, checked against what is declared.
+    pub(super) fn arguments(
+        &mut self,
+        what: &str,
+        call: &ast::Call,
+        params: &[(String, Kind)],
+        declared: Span,
+    ) -> Vec<Expr> {
+        if call.args.len() != params.len() {
+            for arg in &call.args {
+                self.single(arg);
+            }
+            let wanted: Vec<String> = params.iter().map(|p| p.0.clone()).collect();
+            let problem = problems::wrong_count(what, &call.name, &wanted, call.args.len(), declared);
+            self.problems.push(problem);
+            return Vec::new();
+        }
+        call.args
+            .iter()
+            .zip(params)
+            .map(|(arg, (_, kind))| self.expect(arg, *kind))
+            .collect()
+    }
+
+    fn call(&mut self, call: &ast::Call) -> (Value, Kind) {
+        let name = &call.name.text;
+        if name == "size" {
+            let [set] = call.args.as_slice() else {
+                let wanted = ["set".to_owned()];
+                let problem = problems::wrong_count("function", &call.name, &wanted, call.args.len(), call.name.span);
+                self.problems.push(Problem {
+                    notes: Vec::new(),
+                    ..problem
+                });
+                return (Value::One(nothing()), Kind::Number);
+            };
+            let set = self.expect(set, Kind::Set(None));
+            return (Value::One(Expr::Size(Box::new(set))), Kind::Number);
+        }
+        let Some((signature, kind)) = self.names.functions.get(name).cloned() else {
+            return self.unknown_call(call);
+        };
+        let wanted = std::mem::replace(&mut self.wanted, "number");
+        let args = self.arguments("function", call, &signature.params, signature.span);
+        self.wanted = wanted;
+        let Some(template) = self
+            .functions
+            .get(name)
+            .filter(|_| args.len() == signature.params.len())
+        else {
+            // Its own problem has been reported.
+            return (Value::One(nothing()), Kind::Unknown);
+        };
+        match functions::written_out(template, &args) {
+            Some(value) => (value, kind),
+            None => {
+                self.problems.push(problems::too_large(call.span));
+                (Value::One(nothing()), Kind::Unknown)
+            }
+        }
+    }
+
+    /// Reports a call of something that is no function.
+    fn unknown_call(&mut self, call: &ast::Call) -> (Value, Kind) {
+        let name = &call.name.text;
+        let wanted = std::mem::replace(&mut self.wanted, "number");
+        let kinds: Vec<Kind> = call.args.iter().map(|a| self.single(a).1).collect();
+        self.wanted = wanted;
+        let nowhere = (Value::One(nothing()), Kind::Unknown);
+        if self.names.facts.contains_key(name) {
+            let message = format!("fact `{name}` can't be asked in an expression yet");
+            let help = format!("share it as an attribute, `dynamic set Agent {name} = fact {name};`, and test that");
+            self.problems
+                .push(problems::not_supported(message, call.name.span, help));
+            return nowhere;
+        }
+        if self.names.geometrics.contains_key(name) {
+            let message = format!("geometric action `{name}` can't be asked in an expression yet");
+            let help = "a geometric action stands in `projects { }`";
+            self.problems
+                .push(problems::not_supported(message, call.name.span, help));
+            return nowhere;
+        }
+        if self.names.tasks.contains_key(name) {
+            let message = format!("expected a value, found task `{name}`");
+            let problem = Problem::error("hatp::wrong-type", message, call.name.span, "a task has no value");
+            self.problems.push(problem.help("a task stands in `subtasks { }`"));
+            return nowhere;
+        }
+        let functions = self.names.functions.keys().map(String::as_str);
+        let near = nearest(name, functions.chain(["size"]));
+        if near.is_none() && self.wanted == "bool" {
+            let message =
+                format!("`{name}` is no function of the domain, and geometric requests in tests are not there yet");
+            let help = "test a shared attribute instead, or define a `function bool`";
+            self.problems
+                .push(problems::not_supported(message, call.name.span, help));
+            return nowhere;
+        }
+        let params: Vec<String> = kinds
+            .iter()
+            .enumerate()
+            .map(|(i, kind)| format!("{} a{}", kind.declared(&self.names.domain), i + 1))
+            .collect();
+        let body = match self.wanted {
+            "duration" => "(1, 3)",
+            "bool" => "true",
+            _ => "1",
+        };
+        let definition = format!("function {} {name}({}) {{ {body} }}", self.wanted, params.join(", "));
+        self.problems
+            .push(problems::unknown_function(&call.name, near, &definition));
+        nowhere
+    }
+}

@@ -1,0 +1,233 @@
+//! Functions of the domain: compiled once, then written out where they are called. Recursion is an error.
+
+use indexmap::{IndexMap, IndexSet};
+
+use super::expr::{Scope, Walk};
+use super::kinds::Kind;
+use super::names::Names;
+use super::{PRELUDE, problems};
+use crate::diag::Problems;
+use crate::ir::{self, Expr};
+use crate::syntax::ast::{self, ExprKind, Item};
+
+/// Largest expression after writing out [nodes], and its depth. HEURISTIC: both are far above real domains; without
+/// them thirty functions, each calling the one before twice, would fill the memory.
+const MAX_NODES: usize = 10_000;
+const MAX_DEPTH: usize = 400;
+
+/// What an expression computes.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    One(Expr),
+    /// (least, most) [s]
+    Pair(Expr, Expr),
+}
+
+/// Bodies by name, in terms of their parameters as `Var(0)`, `Var(1)` ...; a faulty function has none.
+pub(super) type Functions = IndexMap<String, Value>;
+
+/// Compiles all functions, those that are called first.
+pub(super) fn compile(items: &[&Item], names: &mut Names, problems: &mut Problems) -> Functions {
+    let mut declared: IndexMap<&str, &ast::Function> = IndexMap::new();
+    for item in items {
+        if let Item::Function(f) = item {
+            declared.entry(&f.name.text).or_insert(f);
+        }
+    }
+    let calls: IndexMap<&str, IndexSet<&str>> = declared
+        .iter()
+        .map(|(name, f)| {
+            let mut called = IndexSet::new();
+            if let Some(body) = &f.body {
+                collect_calls(body, &mut called);
+            }
+            called.retain(|c| declared.contains_key(c));
+            (*name, called)
+        })
+        .collect();
+    let mut out = Functions::new();
+    let mut waiting: IndexSet<&str> = declared.keys().copied().collect();
+    loop {
+        let ready: Vec<&str> = waiting
+            .iter()
+            .copied()
+            .filter(|name| {
+                calls
+                    .get(name)
+                    .is_none_or(|c| c.iter().all(|called| !waiting.contains(called)))
+            })
+            .collect();
+        if ready.is_empty() {
+            break;
+        }
+        for name in ready {
+            waiting.shift_remove(name);
+            let Some(function) = declared.get(name) else { continue };
+            if let Some(value) = body(function, names, &out, problems) {
+                out.insert(name.to_owned(), value);
+            }
+        }
+    }
+    for name in &waiting {
+        if let Some(function) = declared.get(name).filter(|_| reaches_itself(name, &calls)) {
+            problems.push(problems::recursive(&function.name));
+        }
+    }
+    out
+}
+
+/// Adds the names of all functions that `expr` calls.
+fn collect_calls<'a>(expr: &'a ast::Expr, out: &mut IndexSet<&'a str>) {
+    match &expr.kind {
+        ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null | ExprKind::Path(_) => {}
+        ExprKind::Call(call) => {
+            out.insert(&call.name.text);
+            call.args.iter().for_each(|a| collect_calls(a, out));
+        }
+        ExprKind::List(elements) => elements.iter().for_each(|e| collect_calls(e, out)),
+        ExprKind::Negate(inner) => collect_calls(inner, out),
+        ExprKind::Pair(left, right) | ExprKind::Arithmetic { left, right, .. } => {
+            collect_calls(left, out);
+            collect_calls(right, out);
+        }
+    }
+}
+
+fn reaches_itself(name: &str, calls: &IndexMap<&str, IndexSet<&str>>) -> bool {
+    let mut seen: IndexSet<&str> = IndexSet::new();
+    let mut open = vec![name];
+    while let Some(at) = open.pop() {
+        for called in calls.get(at).into_iter().flatten() {
+            if *called == name {
+                return true;
+            }
+            if seen.insert(called) {
+                open.push(called);
+            }
+        }
+    }
+    false
+}
+
+fn body(function: &ast::Function, names: &mut Names, functions: &Functions, problems: &mut Problems) -> Option<Value> {
+    let name = function.name.text.as_str();
+    let Some(expr) = &function.body else {
+        // What the prelude declares without a body, geometry computes.
+        return match name {
+            _ if function.span.file != PRELUDE => None,
+            "GetGRPCost" => Some(Value::One(Expr::GeometricCost)),
+            "GetGRPDuration" => Some(Value::Pair(Expr::GeometricDuration, Expr::GeometricDuration)),
+            _ => None,
+        };
+    };
+    let (signature, result) = names.functions.get(name).cloned()?;
+    let n_before = problems.0.len();
+    let mut walk = Walk {
+        names,
+        functions,
+        problems,
+        scope: Scope::of_params(&function.params, &signature.params),
+        wanted: if result == Kind::Duration { "duration" } else { "number" },
+    };
+    let (value, kind) = walk.value(expr);
+    if !kind.fits(result, &walk.names.domain) {
+        let wanted = walk.words(result);
+        let problem = walk.mismatch(expr.span, &wanted, kind);
+        walk.problems.push(problem);
+    }
+    (problems.0.len() == n_before).then_some(value)
+}
+
+/// Returns the body with `args` for its parameters; `None` when that grows too large.
+pub(super) fn written_out(template: &Value, args: &[Expr]) -> Option<Value> {
+    let sizes: Vec<(usize, usize)> = args.iter().map(measure).collect();
+    let one = |expr: &Expr| {
+        let (nodes, depth) = measure_with(expr, &sizes);
+        (nodes <= MAX_NODES && depth <= MAX_DEPTH).then(|| substitute(expr, args))
+    };
+    Some(match template {
+        Value::One(expr) => Value::One(one(expr)?),
+        Value::Pair(least, most) => Value::Pair(one(least)?, one(most)?),
+    })
+}
+
+fn measure(expr: &Expr) -> (usize, usize) {
+    measure_with(expr, &[])
+}
+
+/// Returns nodes and depth of `expr` as if each `Var(i)` had the size `sizes[i]`.
+fn measure_with(expr: &Expr, sizes: &[(usize, usize)]) -> (usize, usize) {
+    let mut out = (1, 1);
+    if let Expr::Var(var) = expr {
+        return sizes.get(var.index()).copied().unwrap_or(out);
+    }
+    each_child(expr, &mut |child| {
+        let (nodes, depth) = measure_with(child, sizes);
+        out.0 = usize::saturating_add(out.0, nodes);
+        out.1 = out.1.max(depth + 1);
+    });
+    out
+}
+
+/// Calls `f` with every direct part of `expr`.
+fn each_child(expr: &Expr, f: &mut dyn FnMut(&Expr)) {
+    match expr {
+        Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
+        Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => f(inner),
+        Expr::List(elements) => elements.iter().for_each(f),
+        Expr::Arithmetic { left, right, .. } => {
+            f(left);
+            f(right);
+        }
+        Expr::SetWith { set, element } | Expr::SetWithout { set, element } => {
+            f(set);
+            f(element);
+        }
+    }
+}
+
+fn substitute(expr: &Expr, args: &[Expr]) -> Expr {
+    let boxed = |e: &Expr| Box::new(substitute(e, args));
+    match expr {
+        Expr::Var(var) => args.get(var.index()).unwrap_or(expr).clone(),
+        Expr::Const(_) | Expr::GeometricCost | Expr::GeometricDuration => expr.clone(),
+        Expr::Attribute { base, attribute } => Expr::Attribute {
+            base: boxed(base),
+            attribute: *attribute,
+        },
+        Expr::Size(set) => Expr::Size(boxed(set)),
+        Expr::Negate(inner) => Expr::Negate(boxed(inner)),
+        Expr::List(elements) => Expr::List(elements.iter().map(|e| substitute(e, args)).collect()),
+        Expr::Arithmetic { op, left, right } => Expr::Arithmetic {
+            op: *op,
+            left: boxed(left),
+            right: boxed(right),
+        },
+        Expr::SetWith { set, element } => Expr::SetWith {
+            set: boxed(set),
+            element: boxed(element),
+        },
+        Expr::SetWithout { set, element } => Expr::SetWithout {
+            set: boxed(set),
+            element: boxed(element),
+        },
+    }
+}
+
+/// Returns the number that an expression of constants has.
+pub(super) fn constant_number(expr: &Expr) -> Option<f64> {
+    match expr {
+        Expr::Const(ir::Value::Number(x)) => Some(*x),
+        Expr::Negate(inner) => constant_number(inner).map(|x| -x),
+        Expr::Arithmetic { op, left, right } => {
+            let (l, r) = (constant_number(left)?, constant_number(right)?);
+            Some(match op {
+                ir::ArithmeticOp::Add => l + r,
+                ir::ArithmeticOp::Subtract => l - r,
+                ir::ArithmeticOp::Multiply => l * r,
+                ir::ArithmeticOp::Divide => l / r,
+            })
+        }
+        _ => None,
+    }
+}

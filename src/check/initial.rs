@@ -1,0 +1,170 @@
+//! The state at the start: the domain's assignments, then the world's values, which win.
+
+use std::sync::Arc;
+
+use super::expr::{Scope, Walk};
+use super::functions::Functions;
+use super::kinds::Kind;
+use super::methods::constant;
+use super::names::Names;
+use super::{Given, GivenLiteral, GivenValue, problems};
+use crate::diag::Problems;
+use crate::ir::{Base, EntityId, Expr, SlotId, Value};
+use crate::syntax::ast::{AssignOp, Assignment, Item, Name};
+
+/// Fills `names.domain.initial`.
+pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions: &Functions, problems: &mut Problems) {
+    for item in items {
+        if let Item::Initial(assignment) = item {
+            let mut walk = Walk {
+                names,
+                functions,
+                problems,
+                scope: Scope::default(),
+                wanted: "number",
+            };
+            walk.initial(assignment);
+        }
+    }
+    for value in &given.values {
+        given_value(value, names, problems);
+    }
+}
+
+impl Walk<'_> {
+    fn initial(&mut self, assignment: &Assignment) {
+        let n_before = self.problems.0.len();
+        let Some((entity, attribute, kind)) = self.target(&assignment.target) else {
+            self.single(&assignment.value);
+            return;
+        };
+        let value = self.new_value(assignment, kind);
+        if self.problems.0.len() > n_before {
+            return;
+        }
+        let Expr::Const(Value::Entity(entity)) = entity else {
+            let help = "write `ENTITY.attribute = value;`";
+            let message = "an initial value belongs to one entity";
+            self.problems
+                .push(problems::not_constant(assignment.target.span, message, help));
+            return;
+        };
+        let Some(value) = constant(&value, assignment.value.span, self.problems) else {
+            return;
+        };
+        let domain = &mut self.names.domain;
+        let slot = domain
+            .attributes
+            .get(attribute.index())
+            .and_then(|a| a.slots.get(entity.index()).copied().flatten());
+        let Some(initial) = slot.and_then(|s| domain.initial.get_mut(s.index())) else {
+            return;
+        };
+        match (assignment.op, value) {
+            (AssignOp::Set, value) => *initial = value,
+            (AssignOp::Add, Value::Entity(e)) => change(initial, |set| set.insert(e)),
+            (AssignOp::Remove, Value::Entity(e)) => change(initial, |set| set.remove(e)),
+            (AssignOp::Add | AssignOp::Remove, _) => {}
+        }
+    }
+}
+
+fn change(value: &mut Value, f: impl FnOnce(&mut crate::ir::EntitySet)) {
+    if let Value::Set(set) = value {
+        f(Arc::make_mut(set));
+    }
+}
+
+/// Applies one line of the world's `[state]`.
+fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
+    let Some(entity) = names.entities.get(&value.entity).map(|e| e.0) else {
+        let candidates = names.entities.keys().map(String::as_str);
+        let mut problem = problems::unknown("hatp::unknown-name", "entity", &value.entity, value.span, candidates);
+        if problem.help.is_none() {
+            problem = problem.help("give the object a `type` of the domain, or declare the entity in the domain");
+        }
+        problems.push(problem);
+        return;
+    };
+    let Some(ty) = names.domain.entities.get(entity.index()).map(|e| e.ty) else {
+        return;
+    };
+    let attribute = Name {
+        text: value.attribute.clone(),
+        span: value.span,
+    };
+    let Some(attribute) = names.attribute_named(ty, &attribute, problems) else {
+        return;
+    };
+    let Some(declared) = names.domain.attributes.get(attribute.index()) else {
+        return;
+    };
+    let (base, is_set) = (declared.base, declared.is_set);
+    let slot: Option<SlotId> = declared.slots.get(entity.index()).copied().flatten();
+    let literals: Option<Vec<Value>> = value
+        .values
+        .iter()
+        .map(|l| literal(l, base, value, names, problems))
+        .collect();
+    let Some(mut literals) = literals else { return };
+    let new = if is_set {
+        let entities = literals.iter().filter_map(|l| match l {
+            Value::Entity(e) => Some(*e),
+            _ => None,
+        });
+        Value::Set(Arc::new(entities.collect()))
+    } else if value.is_list || literals.len() != 1 {
+        let wanted = Kind::of(base, false).words(&names.domain);
+        problems.push(problems::wrong_type(value.span, &wanted, "an array").help("write one value without brackets"));
+        return;
+    } else {
+        literals.pop().unwrap_or_default()
+    };
+    if let Some(initial) = slot.and_then(|s| names.domain.initial.get_mut(s.index())) {
+        *initial = new;
+    }
+}
+
+fn literal(
+    literal: &GivenLiteral,
+    base: Base,
+    place: &GivenValue,
+    names: &mut Names,
+    problems: &mut Problems,
+) -> Option<Value> {
+    let wanted = Kind::of(base, false);
+    let found = match (literal, base) {
+        (GivenLiteral::Bool(b), Base::Bool) => return Some(Value::Bool(*b)),
+        (GivenLiteral::Number(x), Base::Number) => return Some(Value::Number(*x)),
+        (GivenLiteral::Text(text), Base::String) => return Some(Value::String(names.string(text))),
+        (GivenLiteral::Text(text), Base::Entity(ty)) => {
+            let found: Option<EntityId> = names.entities.get(text).map(|e| e.0);
+            let Some(found) = found else {
+                let candidates = names.entities.keys().map(String::as_str);
+                problems.push(problems::unknown(
+                    "hatp::unknown-name",
+                    "entity",
+                    text,
+                    place.span,
+                    candidates,
+                ));
+                return None;
+            };
+            let kind = names
+                .domain
+                .entities
+                .get(found.index())
+                .map_or(Kind::Unknown, |e| Kind::Entity(e.ty));
+            if kind.fits(Kind::Entity(ty), &names.domain) {
+                return Some(Value::Entity(found));
+            }
+            kind
+        }
+        (GivenLiteral::Bool(_), _) => Kind::Bool,
+        (GivenLiteral::Number(_), _) => Kind::Number,
+        (GivenLiteral::Text(_), _) => Kind::String,
+    };
+    let (wanted, found) = (wanted.words(&names.domain), found.words(&names.domain));
+    problems.push(problems::wrong_type(place.span, &wanted, &found));
+    None
+}

@@ -1,0 +1,301 @@
+//! Methods: goal, decompositions, SELECT and `let`, subtasks and their order (thesis 4.3.2.2).
+
+use indexmap::IndexMap;
+
+use super::expr::{Bound, Scope, Walk};
+use super::functions::Functions;
+use super::kinds::Kind;
+use super::names::Names;
+use super::problems;
+use super::tasks::{kinds_of, params};
+use crate::diag::{Problem, Problems};
+use crate::ir::{self, Binder, Expr, SelectOrder, Var};
+use crate::source::Span;
+use crate::syntax::ast::{self, Name, SelectKind, Step};
+
+/// Compiles a method.
+pub(super) fn method(
+    method: &ast::Method,
+    names: &mut Names,
+    functions: &Functions,
+    problems: &mut Problems,
+) -> ir::Method {
+    let kinds = kinds_of(&method.params, names);
+    let mut walk = Walk {
+        names,
+        functions,
+        problems,
+        scope: Scope::of_params(&method.params, &kinds),
+        wanted: "number",
+    };
+    let mut goal = None;
+    for (tests, span) in &method.goals {
+        if goal.is_some() {
+            walk.problems
+                .push(problems::repeated_block("goal", &method.name.text, *span));
+        }
+        goal = Some(walk.tests(tests));
+    }
+    let decompositions = method.decompositions.iter().map(|d| walk.decomposition(d)).collect();
+    ir::Method {
+        name: method.name.text.clone(),
+        params: params(&method.params, &kinds),
+        goal,
+        decompositions,
+        n_vars: walk.scope.n_vars as usize,
+    }
+}
+
+impl Walk<'_> {
+    fn decomposition(&mut self, decomposition: &ast::Decomposition) -> ir::Decomposition {
+        let n_params = self.scope.bound.len();
+        let names = |step: &Step| match step {
+            Step::Select(select) => Some(select.name.clone()),
+            Step::Let(binding) => Some(binding.name.clone()),
+            Step::Subtask(_) => None,
+        };
+        self.scope.later = decomposition.steps.iter().filter_map(names).collect();
+        let mut next_var = n_params as u32;
+        self.scope.next_quantified = next_var + self.scope.later.len() as u32;
+        self.scope.n_vars = self.scope.n_vars.max(self.scope.next_quantified);
+
+        let preconditions = self.tests(&decomposition.preconditions);
+        let (mut binders, mut subtasks, mut selected) = (Vec::new(), Vec::new(), Vec::new());
+        for step in &decomposition.steps {
+            match step {
+                Step::Select(select) => {
+                    selected.push(self.scope.bound.len());
+                    binders.extend(self.select(select, Var(next_var)));
+                    next_var += 1;
+                }
+                Step::Let(binding) => {
+                    let (value, kind) = self.single(&binding.value);
+                    if kind == Kind::Null {
+                        let problem = self.mismatch(binding.value.span, "a value", kind);
+                        self.problems.push(problem);
+                    }
+                    self.bind(&binding.name, Var(next_var), kind);
+                    binders.push(Binder::Let {
+                        var: Var(next_var),
+                        var_name: binding.name.text.clone(),
+                        value,
+                    });
+                    next_var += 1;
+                }
+                Step::Subtask(subtask) => subtasks.extend(self.subtask(subtask)),
+            }
+        }
+        for (i, bound) in self.scope.bound.iter().enumerate().skip(n_params) {
+            if !bound.is_used {
+                self.problems.push(problems::unused(&bound.name, selected.contains(&i)));
+            }
+        }
+        self.scope.bound.truncate(n_params);
+        self.scope.later.clear();
+        self.scope.next_quantified = n_params as u32;
+        self.order(decomposition, &mut subtasks);
+        ir::Decomposition {
+            preconditions,
+            binders,
+            subtasks,
+        }
+    }
+
+    fn bind(&mut self, name: &Name, var: Var, kind: Kind) {
+        self.refuse_shadowing(name);
+        let later = self.scope.later.iter().position(|l| l.span == name.span);
+        if let Some(i) = later {
+            self.scope.later.remove(i);
+        }
+        self.scope.bound.push(Bound {
+            name: name.clone(),
+            var,
+            kind,
+            is_used: false,
+        });
+    }
+
+    fn select(&mut self, select: &ast::Select, var: Var) -> Option<Binder> {
+        let ty = self.names.type_named(&select.ty, self.problems);
+        self.bind(&select.name, var, ty.map_or(Kind::Unknown, Kind::Entity));
+        let filter = self.tests(&select.filter);
+        let key = select
+            .key
+            .as_ref()
+            .map(|(key, descending)| (self.number(key), *descending));
+        // A filter that only speaks of its own variable makes no use of it.
+        if let Some(bound) = self.scope.bound.last_mut() {
+            bound.is_used = false;
+        }
+        let order = match (select.kind, key) {
+            (SelectKind::Select, None) => SelectOrder::Declared,
+            (SelectKind::Once, None) => SelectOrder::Once,
+            (SelectKind::Ordered, Some((key, descending))) => SelectOrder::Sorted { key, descending },
+            (SelectKind::Ordered, None) => {
+                let message = "SELECTORDERED needs a number to sort by, and a direction";
+                let problem = Problem::error(
+                    "hatp::wrong-count",
+                    message,
+                    select.kind_span,
+                    "2 arguments or more missing",
+                );
+                self.problems.push(
+                    problem.help("write `SELECTORDERED(Type, { filter }, key, <)`; `<` takes the smallest first"),
+                );
+                return None;
+            }
+            (SelectKind::Select | SelectKind::Once, Some(_)) => {
+                let message = "only SELECTORDERED takes a key and a direction";
+                let problem = Problem::error(
+                    "hatp::wrong-count",
+                    message,
+                    select.kind_span,
+                    "takes a type and a filter",
+                );
+                self.problems
+                    .push(problem.help("write `SELECTORDERED`, or remove key and direction"));
+                return None;
+            }
+        };
+        Some(Binder::Select {
+            var,
+            var_name: select.name.text.clone(),
+            ty: ty?,
+            filter,
+            order,
+        })
+    }
+
+    /// Returns the subtask, not yet ordered.
+    fn subtask(&mut self, subtask: &ast::Subtask) -> Option<ir::Subtask> {
+        let name = &subtask.call.name;
+        let Some((task, signature)) = self.names.tasks.get(&name.text).cloned() else {
+            for arg in &subtask.call.args {
+                self.single(arg);
+            }
+            let candidates = self.names.tasks.keys().map(String::as_str);
+            let problem = problems::unknown("hatp::unknown-task", "task", &name.text, name.span, candidates);
+            self.problems.push(problem);
+            return None;
+        };
+        let args = self.arguments("task", &subtask.call, &signature.params, signature.span);
+        Some(ir::Subtask {
+            task,
+            args,
+            after: Vec::new(),
+        })
+    }
+
+    /// Resolves labels and order marks, and refuses an order that goes round.
+    fn order(&mut self, decomposition: &ast::Decomposition, subtasks: &mut [ir::Subtask]) {
+        let steps = decomposition.steps.iter().filter_map(|step| match step {
+            Step::Subtask(subtask) => Some(subtask),
+            Step::Select(_) | Step::Let(_) => None,
+        });
+        let steps: Vec<&ast::Subtask> = steps.collect();
+        let mut labels: IndexMap<&str, (usize, Span)> = IndexMap::new();
+        for (i, step) in steps.iter().enumerate() {
+            let Some(label) = &step.label else { continue };
+            if let Some((_, first)) = labels.get(label.text.as_str()) {
+                self.problems
+                    .push(problems::duplicate("label", &label.text, label.span, Some(*first)));
+            } else {
+                labels.insert(&label.text, (i, label.span));
+            }
+        }
+        let mut after: Vec<Vec<usize>> = Vec::new();
+        for step in &steps {
+            let mut before = Vec::new();
+            for label in &step.after {
+                match labels.get(label.text.as_str()) {
+                    Some((i, _)) if !before.contains(i) => before.push(*i),
+                    Some(_) => {}
+                    None => {
+                        let known = labels.keys().copied();
+                        let mut problem =
+                            problems::unknown("hatp::unknown-label", "label", &label.text, label.span, known);
+                        if problem.help.is_none() {
+                            problem = problem.help("a label is the number and `:` before a subtask of this block");
+                        }
+                        self.problems.push(problem);
+                    }
+                }
+            }
+            after.push(before);
+        }
+        if let Some(cycle) = cycle(&after) {
+            let label = |i: &usize| {
+                steps
+                    .get(*i)
+                    .and_then(|s| s.label.as_ref())
+                    .map_or("?".into(), |l| l.text.clone())
+            };
+            let names: Vec<String> = cycle.iter().chain(cycle.first()).map(label).collect();
+            if let Some(first) = cycle.first().and_then(|i| steps.get(*i)) {
+                self.problems.push(problems::order_cycle(&names, first.span));
+            }
+        }
+        // When a subtask was faulty the positions do not match, and nothing of this is used.
+        if subtasks.len() == after.len() {
+            for (subtask, after) in subtasks.iter_mut().zip(after) {
+                subtask.after = after;
+            }
+        }
+    }
+}
+
+/// Returns positions that each wait for the next one, the last for the first.
+fn cycle(after: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let mut done = vec![false; after.len()];
+    loop {
+        let ready = |i: usize| {
+            after
+                .get(i)
+                .is_none_or(|a| a.iter().all(|b| done.get(*b).copied().unwrap_or(true)))
+        };
+        let free: Vec<usize> = (0..after.len())
+            .filter(|i| !done.get(*i).copied().unwrap_or(true) && ready(*i))
+            .collect();
+        if free.is_empty() {
+            break;
+        }
+        for i in free {
+            if let Some(d) = done.get_mut(i) {
+                *d = true;
+            }
+        }
+    }
+    let start = done.iter().position(|d| !d)?;
+    let waits_for = |i: usize| after.get(i)?.iter().copied().find(|b| done.get(*b) == Some(&false));
+    let mut path = vec![start];
+    loop {
+        let next = waits_for(*path.last()?)?;
+        if let Some(i) = path.iter().position(|p| *p == next) {
+            return Some(path.split_off(i));
+        }
+        path.push(next);
+    }
+}
+
+/// Returns a constant or reports why the expression is none.
+pub(super) fn constant(expr: &Expr, span: Span, problems: &mut Problems) -> Option<ir::Value> {
+    let value = match expr {
+        Expr::Const(value) => Some(value.clone()),
+        Expr::List(elements) => elements
+            .iter()
+            .map(|e| match e {
+                Expr::Const(ir::Value::Entity(e)) => Some(*e),
+                _ => None,
+            })
+            .collect::<Option<ir::EntitySet>>()
+            .map(|set| ir::Value::Set(std::sync::Arc::new(set))),
+        other => super::functions::constant_number(other)
+            .filter(|x| x.is_finite())
+            .map(ir::Value::Number),
+    };
+    if value.is_none() {
+        let help = "write a number, a string, `true`, `false`, `NULL`, an entity or a list of entities";
+        problems.push(problems::not_constant(span, "a constant is needed here", help));
+    }
+    value
+}

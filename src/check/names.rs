@@ -1,0 +1,532 @@
+//! The declared names: types, entities, attributes, facts, geometric actions, and the heads of functions and tasks.
+//!
+//! Does not look into tests, effects or expressions: all names are known before any is used, so declarations come in any
+//! order.
+
+use indexmap::IndexMap;
+
+use super::{Given, PRELUDE, kinds::Kind, problems};
+use crate::diag::{Problem, Problems};
+use crate::ir::{self, Base, Domain, EntityId, StringId, TypeId};
+use crate::source::Span;
+use crate::syntax::ast::{self, Item, Name, Param};
+
+/// What may be called with arguments.
+#[derive(Debug, Clone)]
+pub(super) struct Signature {
+    pub params: Vec<(String, Kind)>,
+    pub span: Span,
+}
+
+/// All names of a domain; `domain` has the types, entities and attributes already.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    pub domain: Domain,
+    pub types: IndexMap<String, (TypeId, Option<Span>)>,
+    pub entities: IndexMap<String, (EntityId, Option<Span>)>,
+    /// Places of `domain.attributes`.
+    pub attribute_spans: Vec<Span>,
+    pub facts: IndexMap<String, Signature>,
+    pub geometrics: IndexMap<String, Signature>,
+    /// With the kind of the result.
+    pub functions: IndexMap<String, (Signature, Kind)>,
+    pub tasks: IndexMap<String, (ir::TaskId, Signature)>,
+    strings: IndexMap<String, StringId>,
+}
+
+impl Names {
+    /// Collects the names of `items` and of the world.
+    pub(super) fn collect(items: &[&Item], given: &Given, problems: &mut Problems) -> Self {
+        let mut names = Names::default();
+        names.collect_types(items, problems);
+        names.collect_entities(items, given, problems);
+        names.collect_callables(items, problems);
+        names.collect_attributes(items, problems);
+        names.collect_tasks(items, problems);
+        names
+    }
+
+    fn collect_types(&mut self, items: &[&Item], problems: &mut Problems) {
+        self.add_type("Agent", None);
+        let declared = || {
+            items.iter().filter_map(|item| match item {
+                Item::EntityType(t) => Some(t),
+                _ => None,
+            })
+        };
+        for t in declared() {
+            let name = &t.name;
+            if ["number", "int", "float", "bool", "string", "any", "duration"].contains(&name.text.as_str()) {
+                let message = format!("`{}` is a word of the language", name.text);
+                problems.push(
+                    Problem::error("hatp::duplicate-name", message, name.span, "").help("give the type another name"),
+                );
+                continue;
+            }
+            match self.types.get(&name.text) {
+                // LAAS files never declare Agent; one that does says nothing wrong.
+                Some((_, None)) => {}
+                Some((_, first)) => problems.push(problems::duplicate("type", &name.text, name.span, *first)),
+                None => self.add_type(&name.text, Some(name.span)),
+            }
+        }
+        for t in declared() {
+            let Some(parent) = &t.parent else { continue };
+            let (Some(parent), Some(sub)) = (self.type_named(parent, problems), self.types.get(&t.name.text)) else {
+                continue;
+            };
+            let sub = sub.0;
+            if self.domain.is_subtype(parent, sub) {
+                problems.push(problems::type_cycle(&t.name));
+            } else if let Some(ty) = self.domain.types.get_mut(sub.index()) {
+                ty.parent = Some(parent);
+            }
+        }
+    }
+
+    fn add_type(&mut self, name: &str, span: Option<Span>) {
+        let id = TypeId(self.domain.types.len() as u32);
+        self.types.insert(name.into(), (id, span));
+        self.domain.types.push(ir::Type {
+            name: name.into(),
+            parent: None,
+            entities: Vec::new(),
+        });
+    }
+
+    /// Returns the type of entities of that name, or reports it.
+    pub(super) fn type_named(&self, name: &Name, problems: &mut Problems) -> Option<TypeId> {
+        let found = self.types.get(&name.text).map(|t| t.0);
+        if found.is_none() {
+            let candidates = self.types.keys().map(String::as_str);
+            problems.push(problems::unknown(
+                "hatp::unknown-type",
+                "type",
+                &name.text,
+                name.span,
+                candidates,
+            ));
+        }
+        found
+    }
+
+    /// Returns what `number`, `bool`, `string` or a type of entities stands for, or reports it.
+    pub(super) fn base_named(&self, name: &Name, problems: &mut Problems) -> Option<Base> {
+        match name.text.as_str() {
+            "number" | "int" | "float" => Some(Base::Number),
+            "bool" => Some(Base::Bool),
+            "string" => Some(Base::String),
+            text => match self.types.get(text) {
+                Some((id, _)) => Some(Base::Entity(*id)),
+                None => {
+                    let words = ["number", "bool", "string"].into_iter();
+                    let candidates = words.chain(self.types.keys().map(String::as_str));
+                    problems.push(problems::unknown(
+                        "hatp::unknown-type",
+                        "type",
+                        text,
+                        name.span,
+                        candidates,
+                    ));
+                    None
+                }
+            },
+        }
+    }
+
+    /// Returns the type that every agent of the world has unless it says otherwise.
+    pub(super) fn agent(&self) -> TypeId {
+        TypeId(0)
+    }
+
+    fn add_entity(&mut self, name: &str, ty: TypeId, span: Option<Span>) {
+        let id = EntityId(self.domain.entities.len() as u32);
+        self.entities.insert(name.into(), (id, span));
+        self.domain.entities.push(ir::Entity { name: name.into(), ty });
+        let mut at = Some(ty);
+        while let Some(t) = at.and_then(|t| self.domain.types.get_mut(t.index())) {
+            t.entities.push(id);
+            at = t.parent;
+        }
+    }
+
+    fn collect_entities(&mut self, items: &[&Item], given: &Given, problems: &mut Problems) {
+        for item in items {
+            let Item::Entity(entity) = item else { continue };
+            let name = &entity.name;
+            if let Some((_, first)) = self.entities.get(&name.text) {
+                problems.push(problems::duplicate("entity", &name.text, name.span, *first));
+            } else if let Some(ty) = self.type_named(&entity.ty, problems) {
+                self.add_entity(&name.text, ty, Some(name.span));
+            }
+        }
+        for entity in &given.entities {
+            let ty = match &entity.ty {
+                Some(text) => {
+                    let name = Name {
+                        text: text.clone(),
+                        span: entity.span,
+                    };
+                    match self.type_named(&name, problems) {
+                        Some(ty) => Some(ty),
+                        None => continue,
+                    }
+                }
+                None => None,
+            };
+            let declared = self.entities.get(&entity.name).copied();
+            let is_agent = |ty: TypeId| !entity.is_agent || self.domain.is_subtype(ty, self.agent());
+            let type_name = |ty: TypeId| self.domain.types.get(ty.index()).map_or("?", |t| t.name.as_str());
+            match (declared, ty) {
+                (Some((id, first)), ty) => {
+                    let Some(old) = self.domain.entities.get(id.index()).map(|e| e.ty) else {
+                        continue;
+                    };
+                    if let Some(ty) = ty.filter(|t| *t != old) {
+                        let (one, other) = (type_name(old), type_name(ty));
+                        problems.push(problems::type_conflict(&entity.name, one, other, entity.span, first));
+                    } else if !is_agent(old) {
+                        let span = first.unwrap_or(entity.span);
+                        problems.push(problems::not_an_agent(&entity.name, type_name(old), span));
+                    }
+                }
+                (None, Some(ty)) if !is_agent(ty) => {
+                    problems.push(problems::not_an_agent(&entity.name, type_name(ty), entity.span));
+                }
+                (None, Some(ty)) => self.add_entity(&entity.name, ty, Some(entity.span)),
+                (None, None) if entity.is_agent => self.add_entity(&entity.name, self.agent(), Some(entity.span)),
+                // Furniture without a type is there for geometry only.
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// Returns the kind of a parameter, or reports its type.
+    fn param_kind(&self, param: &Param, problems: &mut Problems) -> Kind {
+        if param.ty.text == "any" && param.ty.span.file == PRELUDE {
+            return Kind::Any;
+        }
+        match self.base_named(&param.ty, problems) {
+            Some(base) if param.is_set && !matches!(base, Base::Entity(_)) => {
+                problems.push(set_of_values(param.ty.span));
+                Kind::Unknown
+            }
+            Some(base) => Kind::of(base, param.is_set),
+            None => Kind::Unknown,
+        }
+    }
+
+    fn signature(&self, params: &[Param], span: Span, problems: &mut Problems) -> Signature {
+        let mut seen: IndexMap<&str, Span> = IndexMap::new();
+        let mut out = Vec::new();
+        for param in params {
+            if let Some(first) = seen.insert(&param.name.text, param.name.span) {
+                problems.push(problems::duplicate(
+                    "parameter",
+                    &param.name.text,
+                    param.name.span,
+                    Some(first),
+                ));
+            }
+            out.push((param.name.text.clone(), self.param_kind(param, problems)));
+        }
+        Signature { params: out, span }
+    }
+
+    fn collect_callables(&mut self, items: &[&Item], problems: &mut Problems) {
+        for item in items {
+            match item {
+                Item::Function(f) => {
+                    let signature = self.signature(&f.params, f.name.span, problems);
+                    let result = if f.result.text == "duration" {
+                        Kind::Duration
+                    } else {
+                        self.base_named(&f.result, problems)
+                            .map_or(Kind::Unknown, |b| Kind::of(b, false))
+                    };
+                    let first = self.functions.get(&f.name.text).map(|(s, _)| s.span);
+                    if f.name.text == "size" {
+                        let message = "`size` is built in";
+                        problems.push(
+                            Problem::error("hatp::duplicate-name", message, f.name.span, "declared again")
+                                .help("give the function another name"),
+                        );
+                    } else if first.is_some() {
+                        problems.push(problems::duplicate("function", &f.name.text, f.name.span, first));
+                    } else {
+                        self.functions.insert(f.name.text.clone(), (signature, result));
+                    }
+                }
+                Item::Fact(fact) if fact.span.file == PRELUDE => {
+                    let signature = self.signature(&fact.params, fact.name.span, problems);
+                    self.facts.insert(fact.name.text.clone(), signature);
+                }
+                Item::Geometric(g) if g.span.file == PRELUDE => {
+                    let signature = self.signature(&g.params, g.name.span, problems);
+                    self.geometrics.insert(g.name.text.clone(), signature);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn collect_attributes(&mut self, items: &[&Item], problems: &mut Problems) {
+        for item in items {
+            let Item::Attributes(block) = item else { continue };
+            let Some(owner) = self.type_named(&block.owner, problems) else {
+                continue;
+            };
+            for attribute in &block.attributes {
+                self.add_attribute(owner, attribute, problems);
+            }
+        }
+        // A subtype must not declare again what it inherits; the supertype's block may come later in the file.
+        for (i, attribute) in self.domain.attributes.iter().enumerate() {
+            let parent = self.domain.types.get(attribute.owner.index()).and_then(|t| t.parent);
+            let inherited = parent.and_then(|p| self.attribute_of(p, &attribute.name));
+            if let (Some(first), Some(span)) = (inherited, self.attribute_spans.get(i)) {
+                let first = self.attribute_spans.get(first.index()).copied();
+                problems.push(problems::duplicate("attribute", &attribute.name, *span, first));
+            }
+        }
+        for attribute in &mut self.domain.attributes {
+            attribute.slots = vec![None; self.domain.entities.len()];
+        }
+        for (e, entity) in self.domain.entities.iter().enumerate() {
+            let mut at = Some(entity.ty);
+            let mut chain = Vec::new();
+            while let Some(t) = at {
+                chain.push(t);
+                at = self.domain.types.get(t.index()).and_then(|t| t.parent);
+            }
+            for (a, attribute) in self.domain.attributes.iter_mut().enumerate() {
+                if !chain.contains(&attribute.owner) {
+                    continue;
+                }
+                if let Some(slot) = attribute.slots.get_mut(e) {
+                    *slot = Some(ir::SlotId(self.domain.slots.len() as u32));
+                }
+                self.domain.slots.push(ir::Slot {
+                    entity: EntityId(e as u32),
+                    attribute: ir::AttributeId(a as u32),
+                });
+                self.domain.initial.push(if attribute.is_set {
+                    ir::Value::Set(Default::default())
+                } else {
+                    ir::Value::Null
+                });
+            }
+        }
+    }
+
+    fn add_attribute(&mut self, owner: TypeId, attribute: &ast::Attribute, problems: &mut Problems) {
+        let name = &attribute.name;
+        let own = self
+            .domain
+            .attributes
+            .iter()
+            .position(|a| a.owner == owner && a.name == name.text);
+        if let Some(first) = own.and_then(|i| self.attribute_spans.get(i)) {
+            problems.push(problems::duplicate("attribute", &name.text, name.span, Some(*first)));
+            return;
+        }
+        let Some(base) = self.base_named(&attribute.base, problems) else {
+            return;
+        };
+        if attribute.is_set && !matches!(base, Base::Entity(_)) {
+            problems.push(set_of_values(attribute.base.span));
+            return;
+        }
+        let declared = ir::Attribute {
+            name: name.text.clone(),
+            owner,
+            is_static: attribute.is_static,
+            is_set: attribute.is_set,
+            base,
+            fact: None,
+            slots: Vec::new(),
+        };
+        self.domain.attributes.push(declared);
+        self.attribute_spans.push(name.span);
+        if let Some(fact) = &attribute.fact {
+            let id = self.domain.attributes.len() - 1;
+            self.share(id, &fact.text, fact.span, problems);
+        }
+    }
+
+    /// Makes attribute `id` read from `fact`, if it fits.
+    fn share(&mut self, id: usize, fact: &str, span: Span, problems: &mut Problems) {
+        let Some(signature) = self.facts.get(fact) else {
+            let candidates = self.facts.keys().map(String::as_str);
+            problems.push(problems::unknown("hatp::unknown-fact", "fact", fact, span, candidates));
+            return;
+        };
+        let Some(attribute) = self.domain.attributes.get(id) else {
+            return;
+        };
+        let owner_kind = Kind::Entity(attribute.owner);
+        let base_kind = Kind::of(attribute.base, false);
+        let name = &attribute.name;
+        if let Some(old) = attribute.fact.as_deref().filter(|old| *old != fact) {
+            let message = format!("`{name}` is read from fact `{old}` in the domain and from `{fact}` here");
+            problems.push(problems::wrong_fact(message, span, "remove one of the two"));
+            return;
+        }
+        if attribute.is_static {
+            let message = format!("static attribute `{name}` can't follow fact `{fact}`, which changes");
+            problems.push(problems::wrong_fact(message, span, "declare the attribute `dynamic`"));
+            return;
+        }
+        let kinds: Vec<Kind> = signature.params.iter().map(|p| p.1).collect();
+        let [subject, object] = kinds[..] else { return };
+        for (part, kind, wanted) in [("of", owner_kind, subject), ("holding", base_kind, object)] {
+            if !kind.fits(wanted, &self.domain) {
+                let (kind, wanted) = (kind.words(&self.domain), wanted.words(&self.domain));
+                let message = format!("fact `{fact}` needs {wanted}, and `{name}` is an attribute {part} {kind}");
+                let params: Vec<String> = signature
+                    .params
+                    .iter()
+                    .map(|(n, k)| format!("{} {n}", word_of(*k, &self.domain)))
+                    .collect();
+                let help = format!(
+                    "the fact is `{fact}({})`: the attribute stands on the first and holds the second",
+                    params.join(", ")
+                );
+                problems.push(problems::wrong_fact(message, span, help));
+                return;
+            }
+        }
+        if let Some(attribute) = self.domain.attributes.get_mut(id) {
+            attribute.fact = Some(fact.to_owned());
+        }
+    }
+
+    /// Applies the world's `[facts]`.
+    pub(super) fn share_given(&mut self, given: &Given, problems: &mut Problems) {
+        for (target, fact, span) in &given.shared {
+            let (owner, attribute) = match target.split_once('.') {
+                Some((owner, attribute)) => {
+                    let owner = Name {
+                        text: owner.into(),
+                        span: *span,
+                    };
+                    match self.type_named(&owner, problems) {
+                        Some(owner) => (Some(owner), attribute),
+                        None => continue,
+                    }
+                }
+                None => (None, target.as_str()),
+            };
+            let attributes = self.domain.attributes.iter().enumerate();
+            let ids: Vec<usize> = attributes
+                .filter(|(_, a)| a.name == attribute && owner.is_none_or(|o| o == a.owner))
+                .map(|(i, _)| i)
+                .collect();
+            if ids.is_empty() {
+                let known = self
+                    .domain
+                    .attributes
+                    .iter()
+                    .filter(|a| owner.is_none_or(|o| o == a.owner));
+                let known = known.map(|a| a.name.as_str());
+                let code = "hatp::unknown-attribute";
+                problems.push(problems::unknown(code, "attribute", attribute, *span, known));
+            }
+            for id in ids {
+                self.share(id, fact, *span, problems);
+            }
+        }
+    }
+
+    fn collect_tasks(&mut self, items: &[&Item], problems: &mut Problems) {
+        let (mut n_actions, mut n_methods) = (0, 0);
+        for item in items {
+            let (name, params, id) = match item {
+                Item::Action(a) => (&a.name, &a.params, ir::TaskId::Action(ir::ActionId(n_actions))),
+                Item::Method(m) => (&m.name, &m.params, ir::TaskId::Method(ir::MethodId(n_methods))),
+                _ => continue,
+            };
+            // Positions count every declaration, also a repeated one, so that they are those of the tables.
+            match id {
+                ir::TaskId::Action(_) => n_actions += 1,
+                ir::TaskId::Method(_) => n_methods += 1,
+            }
+            let signature = self.signature(params, name.span, problems);
+            match self.tasks.get(&name.text) {
+                Some((_, first)) => {
+                    problems.push(problems::duplicate("task", &name.text, name.span, Some(first.span)));
+                }
+                None => {
+                    self.tasks.insert(name.text.clone(), (id, signature));
+                }
+            }
+        }
+    }
+
+    /// Returns the attribute of that name that entities of type `ty` have, own or inherited.
+    pub(super) fn attribute_of(&self, ty: TypeId, name: &str) -> Option<ir::AttributeId> {
+        let mut at = Some(ty);
+        while let Some(t) = at {
+            let own = self
+                .domain
+                .attributes
+                .iter()
+                .position(|a| a.owner == t && a.name == name);
+            if let Some(i) = own {
+                return Some(ir::AttributeId(i as u32));
+            }
+            at = self.domain.types.get(t.index()).and_then(|t| t.parent);
+        }
+        None
+    }
+
+    /// Returns the attribute, or reports it with the nearest of those that `ty` has.
+    pub(super) fn attribute_named(&self, ty: TypeId, name: &Name, problems: &mut Problems) -> Option<ir::AttributeId> {
+        let found = self.attribute_of(ty, &name.text);
+        if found.is_none() {
+            let own = self.domain.attributes.iter().zip(&self.attribute_spans);
+            let own = own.filter(|(a, _)| self.domain.is_subtype(ty, a.owner));
+            let candidates = own.map(|(a, span)| (a.name.as_str(), *span));
+            let owner = self.domain.types.get(ty.index()).map_or("?", |t| t.name.as_str());
+            problems.push(problems::unknown_attribute(owner, &name.text, name.span, candidates));
+        }
+        found
+    }
+
+    /// Takes over the string constants of a compiled domain.
+    pub(super) fn set_strings(&mut self, strings: &[String]) {
+        self.strings = strings
+            .iter()
+            .enumerate()
+            .map(|(i, s)| (s.clone(), StringId(i as u32)))
+            .collect();
+    }
+
+    /// Returns the id of a string constant.
+    pub(super) fn string(&mut self, text: &str) -> StringId {
+        if let Some(id) = self.strings.get(text) {
+            return *id;
+        }
+        let id = StringId(self.domain.strings.len() as u32);
+        self.domain.strings.push(text.into());
+        self.strings.insert(text.into(), id);
+        id
+    }
+}
+
+/// How the prelude writes the kind.
+fn word_of(kind: Kind, domain: &Domain) -> String {
+    if kind == Kind::Any {
+        "any".into()
+    } else {
+        kind.declared(domain)
+    }
+}
+
+fn set_of_values(span: Span) -> Problem {
+    problems::not_supported(
+        "a set can hold entities only",
+        span,
+        "use `atom`, or a type of entities",
+    )
+}

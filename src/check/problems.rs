@@ -1,0 +1,179 @@
+//! Every message of this room, one constructor for each kind.
+
+use crate::diag::Problem;
+use crate::diag::suggest::{did_you_mean, nearest};
+use crate::source::Span;
+use crate::syntax::ast::Name;
+
+use super::PRELUDE;
+
+/// Adds a place, unless it is in the prelude, which is no file of the user's.
+fn noted(problem: Problem, span: Option<Span>, text: &str) -> Problem {
+    match span {
+        Some(span) if span.file != PRELUDE => problem.note(span, text),
+        _ => problem,
+    }
+}
+
+/// `what` is `type`, `task`, `label` ...; its code is `hatp::unknown-<what>`.
+pub(super) fn unknown<'a>(
+    code: &'static str,
+    what: &str,
+    name: &str,
+    span: Span,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Problem {
+    let help = did_you_mean(name, candidates);
+    Problem::error(code, format!("unknown {what} `{name}`"), span, "not declared").maybe_help(help)
+}
+
+pub(super) fn unknown_attribute<'a>(
+    owner: &str,
+    name: &str,
+    span: Span,
+    candidates: impl IntoIterator<Item = (&'a str, Span)>,
+) -> Problem {
+    let candidates: Vec<(&str, Span)> = candidates.into_iter().collect();
+    let near = nearest(name, candidates.iter().map(|c| c.0));
+    let message = format!("`{owner}` has no attribute `{name}`");
+    let problem = Problem::error("hatp::unknown-attribute", message, span, "no such attribute");
+    match near {
+        Some(near) => {
+            let declared = candidates.iter().find(|c| c.0 == near).map(|c| c.1);
+            noted(problem, declared, "declared here").help(format!("did you mean `{near}`?"))
+        }
+        None => problem.help(format!(
+            "declare it in `define entityAttributes {owner} {{ ... }}`, as `dynamic atom bool {name};` or another type"
+        )),
+    }
+}
+
+pub(super) fn unknown_function(name: &Name, near: Option<&str>, definition: &str) -> Problem {
+    let message = format!("unknown function `{}`", name.text);
+    let problem = Problem::error("hatp::unknown-function", message, name.span, "not defined");
+    problem.help(match near {
+        Some(near) => format!("did you mean `{near}`? or define it: `{definition}`"),
+        None => format!("define it in the domain: `{definition}`"),
+    })
+}
+
+pub(super) fn duplicate(what: &str, name: &str, span: Span, first: Option<Span>) -> Problem {
+    let in_prelude = first.is_some_and(|s| s.file == PRELUDE);
+    let message = if in_prelude {
+        format!("{what} `{name}` is built in")
+    } else {
+        format!("{what} `{name}` is declared twice")
+    };
+    let problem = Problem::error("hatp::duplicate-name", message, span, "declared again");
+    noted(problem, first, "first declared here").help("give one of them another name, or remove it")
+}
+
+pub(super) fn repeated_block(what: &str, of: &str, span: Span) -> Problem {
+    let message = format!("`{what}` comes twice in `{of}`");
+    Problem::error("hatp::duplicate-name", message, span, "a second one").help("join the two blocks")
+}
+
+pub(super) fn wrong_type(span: Span, wanted: &str, found: &str) -> Problem {
+    let message = format!("expected {wanted}, found {found}");
+    Problem::error("hatp::wrong-type", message, span, format!("this is {found}"))
+}
+
+pub(super) fn wrong_count(what: &str, name: &Name, wanted: &[String], found: usize, declared: Span) -> Problem {
+    let n = wanted.len();
+    let plural = if n == 1 { "argument" } else { "arguments" };
+    let message = format!("{what} `{}` takes {n} {plural}, found {found}", name.text);
+    let label = format!("{n} {plural} wanted");
+    let problem = Problem::error("hatp::wrong-count", message, name.span, label);
+    noted(problem, Some(declared), "declared here").help(format!("write `{}({})`", name.text, wanted.join(", ")))
+}
+
+pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
+    let message = format!("`{owner}.{}` is static and can't change", name.text);
+    Problem::error("hatp::static-assigned", message, name.span, "set here")
+        .note(declared, "declared static here")
+        .help("declare it `dynamic`, or set it in `factdatabase` only")
+}
+
+pub(super) fn unbound(name: &Name, bound: Span) -> Problem {
+    let message = format!("`{}` is used before it has a value", name.text);
+    Problem::error("hatp::unbound-variable", message, name.span, "used here")
+        .note(bound, "gets its value here")
+        .help("move the line that gives it a value up")
+}
+
+pub(super) fn order_cycle(labels: &[String], span: Span) -> Problem {
+    let message = format!("the order of the subtasks goes round: {}", labels.join(" after "));
+    Problem::error("hatp::order-cycle", message, span, "can never start").help("remove one of the order marks")
+}
+
+pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
+    let message = format!("the cost is {value}, below 0");
+    Problem::error("hatp::negative-cost", message, span, "negative").help("a cost is 0 or more")
+}
+
+pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {
+    let message = format!("the duration ({least}, {most}) is no (least, most) of seconds");
+    Problem::error("hatp::bad-duration", message, span, "").help("write 0 or more first, and then at least as much")
+}
+
+pub(super) fn no_agent(name: &Name) -> Problem {
+    let message = format!("no parameter of action `{}` is an agent", name.text);
+    Problem::warning("hatp::no-agent", message, name.span, "nobody does it")
+        .help("make the first parameter the agent that acts: `Agent A`")
+}
+
+pub(super) fn unused(name: &Name, is_select: bool) -> Problem {
+    let message = format!("`{}` is never used", name.text);
+    let problem = Problem::warning("hatp::unused-variable", message, name.span, "bound here");
+    problem.help(if is_select {
+        "each entity that passes gives the same plan again; to ask whether one exists write `EXIST` in the preconditions"
+    } else {
+        "remove the line"
+    })
+}
+
+pub(super) fn not_supported(message: impl Into<String>, span: Span, help: impl Into<String>) -> Problem {
+    Problem::error("hatp::not-supported", message, span, "not there yet").help(help)
+}
+
+pub(super) fn time_part(span: Span) -> Problem {
+    let message = "`timePart` is ignored";
+    Problem::warning("hatp::time-part", message, span, "has no effect")
+        .help("remove it; durations stand in each action")
+}
+
+pub(super) fn recursive(name: &Name) -> Problem {
+    let message = format!("function `{}` calls itself", name.text);
+    Problem::error("hatp::recursive-function", message, name.span, "needs its own value")
+        .help("functions are written out where they are called; recursion belongs in methods")
+}
+
+pub(super) fn too_large(span: Span) -> Problem {
+    let message = "this expression is too large when its functions are written out";
+    Problem::error("hatp::too-deep", message, span, "").help("call fewer functions within functions")
+}
+
+pub(super) fn type_cycle(name: &Name) -> Problem {
+    let message = format!("type `{}` is its own supertype", name.text);
+    Problem::error("hatp::type-cycle", message, name.span, "").help("remove one `:` of the circle")
+}
+
+pub(super) fn type_conflict(entity: &str, one: &str, other: &str, span: Span, first: Option<Span>) -> Problem {
+    let message = format!("`{entity}` is declared as `{one}` and as `{other}`");
+    let problem = Problem::error("hatp::type-conflict", message, span, format!("`{other}` here"));
+    noted(problem, first, &format!("`{one}` here")).help("give it the same type in both files, or leave it out of one")
+}
+
+pub(super) fn not_an_agent(entity: &str, ty: &str, span: Span) -> Problem {
+    let message = format!("`{entity}` is a robot or a human of the world, and `{ty}` is no kind of `Agent`");
+    let help = format!("use type `Agent`, or declare `define entityType {ty} : Agent;`");
+    Problem::error("hatp::type-conflict", message, span, "").help(help)
+}
+
+pub(super) fn wrong_fact(message: String, span: Span, help: impl Into<String>) -> Problem {
+    Problem::error("hatp::wrong-fact", message, span, "does not fit").help(help)
+}
+
+pub(super) fn not_constant(span: Span, message: impl Into<String>, help: impl Into<String>) -> Problem {
+    Problem::error("hatp::not-constant", message, span, "").help(help)
+}

@@ -1,0 +1,299 @@
+//! Actions: preconditions, projection, effects, cost and duration (thesis 4.3.3, listing 4.2).
+
+use super::expr::{Scope, Walk};
+use super::functions::{Functions, Value, constant_number};
+use super::kinds::Kind;
+use super::names::Names;
+use super::problems;
+use crate::diag::{Problem, Problems};
+use crate::ir::{self, Base, Effect, Expr, Test};
+use crate::source::Span;
+use crate::syntax::ast::{self, AssignOp, Clause};
+
+/// Returns the parameters; a faulty one gets any base, since its domain is never used.
+pub(super) fn params(params: &[ast::Param], kinds: &[(String, Kind)]) -> Vec<ir::Param> {
+    let base = |kind: Kind| match kind {
+        Kind::Number => Base::Number,
+        Kind::Bool => Base::Bool,
+        Kind::Entity(t) | Kind::Set(Some(t)) => Base::Entity(t),
+        _ => Base::String,
+    };
+    let params = params.iter().zip(kinds);
+    params
+        .map(|(param, (_, kind))| ir::Param {
+            name: param.name.text.clone(),
+            base: base(*kind),
+            is_set: param.is_set,
+        })
+        .collect()
+}
+
+/// Returns the kinds of a task's parameters; those of its own declaration when another has taken its name.
+pub(super) fn kinds_of(params: &[ast::Param], names: &Names) -> Vec<(String, Kind)> {
+    let mut ignored = Problems::default();
+    let kind = |param: &ast::Param| match names.base_named(&param.ty, &mut ignored) {
+        Some(base) => Kind::of(base, param.is_set),
+        None => Kind::Unknown,
+    };
+    let mut kind = kind;
+    params.iter().map(|p| (p.name.text.clone(), kind(p))).collect()
+}
+
+/// Compiles an action.
+pub(super) fn action(
+    action: &ast::Action,
+    names: &mut Names,
+    functions: &Functions,
+    problems: &mut Problems,
+) -> ir::Action {
+    let kinds = kinds_of(&action.params, names);
+    let agent = names.agent();
+    let is_agent = |kind: &Kind| matches!(kind, Kind::Entity(t) if names.domain.is_subtype(*t, agent));
+    let agents: Vec<usize> = kinds
+        .iter()
+        .enumerate()
+        .filter(|(_, (_, kind))| is_agent(kind))
+        .map(|(i, _)| i)
+        .collect();
+    if agents.is_empty() && !kinds.iter().any(|(_, kind)| *kind == Kind::Unknown) {
+        problems.push(problems::no_agent(&action.name));
+    }
+    let mut walk = Walk {
+        names,
+        functions,
+        problems,
+        scope: Scope::of_params(&action.params, &kinds),
+        wanted: "number",
+    };
+    let mut out = ir::Action {
+        name: action.name.text.clone(),
+        params: params(&action.params, &kinds),
+        n_vars: 0,
+        preconditions: Test::always(),
+        projects: None,
+        alternatives: None,
+        effects: Vec::new(),
+        cost: Expr::Const(ir::Value::Number(1.0)),
+        duration: (Expr::Const(ir::Value::Number(0.0)), Expr::Const(ir::Value::Number(0.0))),
+        agents,
+    };
+    let mut seen: Vec<&str> = Vec::new();
+    for clause in &action.clauses {
+        let (word, span) = clause_word(clause);
+        if seen.contains(&word) {
+            walk.problems
+                .push(problems::repeated_block(word, &action.name.text, span));
+        }
+        seen.push(word);
+        match clause {
+            Clause::Preconditions(tests, _) => out.preconditions = walk.tests(tests),
+            Clause::Projects(call, _) => out.projects = walk.projection(call),
+            Clause::Constraints(span) => {
+                let help = "test shared attributes in the preconditions of a later action";
+                let message = "`constraints` are not there yet";
+                walk.problems.push(problems::not_supported(message, *span, help));
+            }
+            Clause::Alternatives(expr, _) => out.alternatives = walk.alternatives(expr),
+            Clause::Effects(effects, _) => out.effects = walk.effects(effects),
+            Clause::Cost(expr, _) => out.cost = walk.cost(expr),
+            Clause::Duration(expr, _) => out.duration = walk.duration(expr),
+        }
+    }
+    if out.projects.is_some() {
+        if !seen.contains(&"cost") {
+            out.cost = Expr::GeometricCost;
+        }
+        if !seen.contains(&"duration") {
+            out.duration = (Expr::GeometricDuration, Expr::GeometricDuration);
+        }
+    }
+    out.n_vars = walk.scope.n_vars as usize;
+    out
+}
+
+fn clause_word(clause: &Clause) -> (&'static str, Span) {
+    match clause {
+        Clause::Preconditions(_, span) => ("preconditions", *span),
+        Clause::Projects(_, span) => ("projects", *span),
+        Clause::Constraints(span) => ("constraints", *span),
+        Clause::Alternatives(_, span) => ("alternatives", *span),
+        Clause::Effects(_, span) => ("effects", *span),
+        Clause::Cost(_, span) => ("cost", *span),
+        Clause::Duration(_, span) => ("duration", *span),
+    }
+}
+
+impl Walk<'_> {
+    fn projection(&mut self, call: &ast::Call) -> Option<ir::Projection> {
+        let name = &call.name;
+        let Some(signature) = self.names.geometrics.get(&name.text).cloned() else {
+            let candidates = self.names.geometrics.keys().map(String::as_str);
+            let what = "geometric action";
+            let mut problem = problems::unknown(
+                "hatp::unknown-geometric",
+                what,
+                &name.text,
+                name.span,
+                candidates.clone(),
+            );
+            if problem.help.is_none() {
+                let known: Vec<String> = candidates.map(|c| format!("`{c}`")).collect();
+                problem = problem.help(format!("there are {}", known.join(", ")));
+            }
+            self.problems.push(problem);
+            return None;
+        };
+        let args = self.arguments("geometric action", call, &signature.params, signature.span);
+        Some(ir::Projection {
+            name: name.text.clone(),
+            args,
+        })
+    }
+
+    fn alternatives(&mut self, expr: &ast::Expr) -> Option<u32> {
+        let value = self.number(expr);
+        let number = constant_number(&value);
+        let whole = number.filter(|n| *n >= 1.0 && *n <= f64::from(u32::MAX) && n.fract() == 0.0);
+        if whole.is_none() {
+            let message = "the number of alternatives must be a whole number from 1";
+            let problem = problems::not_constant(expr.span, message, "write it as `alternatives { 3 };`");
+            self.problems.push(problem);
+        }
+        whole.map(|n| n as u32)
+    }
+
+    fn cost(&mut self, expr: &ast::Expr) -> Expr {
+        let cost = self.number(expr);
+        if let Some(value) = constant_number(&cost).filter(|c| *c < 0.0) {
+            self.problems.push(problems::negative_cost(value, expr.span));
+        }
+        cost
+    }
+
+    fn duration(&mut self, expr: &ast::Expr) -> (Expr, Expr) {
+        self.wanted = "duration";
+        let value = self.value(expr);
+        self.wanted = "number";
+        match value {
+            (Value::Pair(least, most), _) => {
+                let (l, m) = (constant_number(&least), constant_number(&most));
+                let wrong = l.is_some_and(|l| l < 0.0) || l.zip(m).is_some_and(|(l, m)| l > m);
+                if wrong || m.is_some_and(|m| m < 0.0) {
+                    let (l, m) = (l.unwrap_or(0.0), m.unwrap_or(0.0));
+                    self.problems.push(problems::bad_duration(l, m, expr.span));
+                }
+                (least, most)
+            }
+            (Value::One(value), kind) => {
+                if kind != Kind::Unknown {
+                    let words = self.words(Kind::Duration);
+                    let problem = self.mismatch(expr.span, &words, kind);
+                    self.problems
+                        .push(problem.help("write the least and the most seconds: `(1, 3)`"));
+                }
+                (value.clone(), value)
+            }
+        }
+    }
+
+    pub(super) fn effects(&mut self, effects: &[ast::Effect]) -> Vec<Effect> {
+        effects.iter().filter_map(|e| self.effect(e)).collect()
+    }
+
+    fn effect(&mut self, effect: &ast::Effect) -> Option<Effect> {
+        match effect {
+            ast::Effect::Assign(assignment) => self.assignment(assignment),
+            ast::Effect::Forall {
+                ty,
+                var,
+                guard,
+                effects,
+                ..
+            } => {
+                let inside = |walk: &mut Self| (walk.tests(guard), walk.effects(effects));
+                let (var, ty, (guard, effects)) = self.quantified(ty, var, inside);
+                Some(Effect::Forall {
+                    var,
+                    ty: ty?,
+                    guard,
+                    effects,
+                })
+            }
+            ast::Effect::If {
+                test, then, otherwise, ..
+            } => Some(Effect::If {
+                test: self.tests(test),
+                then: self.effects(then),
+                otherwise: self.effects(otherwise),
+            }),
+        }
+    }
+
+    fn assignment(&mut self, assignment: &ast::Assignment) -> Option<Effect> {
+        let target = self.target(&assignment.target);
+        let Some((entity, attribute, kind)) = target else {
+            // The value's own problems are told all the same.
+            self.single(&assignment.value);
+            return None;
+        };
+        let declared = self.names.domain.attributes.get(attribute.index())?;
+        let owner = self
+            .names
+            .domain
+            .types
+            .get(declared.owner.index())
+            .map_or("?", |t| t.name.as_str());
+        if declared.is_static {
+            let span = self.names.attribute_spans.get(attribute.index()).copied();
+            let name = assignment.target.steps.last()?;
+            let problem = problems::static_assigned(owner, name, span.unwrap_or(name.span));
+            self.problems.push(problem);
+        }
+        let value = self.new_value(assignment, kind);
+        Some(match assignment.op {
+            AssignOp::Set => Effect::Assign {
+                entity,
+                attribute,
+                value,
+            },
+            AssignOp::Add => Effect::Add {
+                entity,
+                attribute,
+                element: value,
+            },
+            AssignOp::Remove => Effect::Remove {
+                entity,
+                attribute,
+                element: value,
+            },
+        })
+    }
+
+    /// Returns what is assigned to, added to or removed from an attribute of kind `kind`.
+    pub(super) fn new_value(&mut self, assignment: &ast::Assignment, kind: Kind) -> Expr {
+        let (value, found) = self.single(&assignment.value);
+        let span = assignment.value.span;
+        let wanted = match (assignment.op, kind) {
+            (AssignOp::Set, _) => kind,
+            (_, Kind::Set(of)) => of.map_or(Kind::Any, Kind::Entity),
+            (_, other) => {
+                let mark = if assignment.op == AssignOp::Add { "<<=" } else { "=>>" };
+                let message = format!("`{mark}` changes a set, and this attribute holds {}", self.words(other));
+                let problem = Problem::error("hatp::wrong-type", message, assignment.op_span, "for sets only");
+                self.problems.push(problem.help("write `=` to set the value"));
+                return value;
+            }
+        };
+        let may_be_null = assignment.op == AssignOp::Set && !matches!(kind, Kind::Set(_));
+        if !(found.fits(wanted, &self.names.domain) || may_be_null && found == Kind::Null) {
+            let words = self.words(wanted);
+            let problem = self.mismatch(span, &words, found);
+            self.problems.push(match (kind, found, assignment.op) {
+                (Kind::Set(_), Kind::Entity(_), AssignOp::Set) => problem.help("write `<<=` to add it to the set"),
+                (Kind::Set(_), Kind::Null, AssignOp::Set) => problem.help("an empty set is written `[]`"),
+                _ => problem,
+            });
+        }
+        value
+    }
+}

@@ -1,0 +1,36 @@
+//! Reads files for the library.
+
+use std::io::Read;
+
+use sgap::source::Files;
+
+/// The file system.
+#[derive(Debug)]
+pub(super) struct Disk;
+
+/// A domain, world or model file is never larger [bytes].
+const LARGEST: u64 = 64 << 20;
+
+impl Files for Disk {
+    fn read(&self, path: &str) -> Result<String, String> {
+        let is_directory = std::fs::metadata(path).map_err(|e| why(&e))?.is_dir();
+        if is_directory {
+            return Err("it is a directory".into());
+        }
+        let file = std::fs::File::open(path).map_err(|e| why(&e))?;
+        let mut bytes = Vec::new();
+        file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|e| why(&e))?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(format!("it is larger than {} MB", LARGEST >> 20));
+        }
+        String::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
+    }
+}
+
+fn why(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "no permission to read it".into(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,178 @@
+//! `sgap plan DOMAIN WORLD`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+
+use super::output::{Failure, deliver, say};
+use super::{Inputs, code};
+use sgap::engine::{self, Budget, Ending};
+use sgap::grp::{self, Grp};
+use sgap::plan::Plan;
+use sgap::report::{json, text};
+
+/// What to search, and how long.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    pub inputs: Inputs,
+    #[command(flatten)]
+    pub search: SearchOptions,
+    /// Write the whole plan with its trajectories as JSON
+    #[arg(long)]
+    json: bool,
+    /// Write to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// The search's settings, for every command that plans.
+#[derive(Debug, Args)]
+pub(super) struct SearchOptions {
+    /// Geometric alternatives tried per action, the first included
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    branching: u32,
+    /// Go on to the cheapest plan; each better one is announced as it comes
+    #[arg(long)]
+    best: bool,
+    /// Seed of every random choice: same input, same seed, same plan
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Placements tried per geometric action
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    placements: u32,
+    /// Tasks taken up before the search gives up
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    max_expansions: u64,
+    /// Methods inside methods before a branch gives up
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    max_depth: usize,
+    /// Seconds before the search ends with the best plan so far
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    timeout: Option<Duration>,
+    /// Print counts and times of the search to the standard error
+    #[arg(long)]
+    stats: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number of seconds"))?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is not a number of seconds > 0"))
+}
+
+/// HEURISTIC budgets of geometry that no user needs to know.
+const IK_RESTARTS: u32 = 8;
+const MOTION_SAMPLES: u32 = 3000;
+
+pub(super) fn run(options: &Options) -> Result<(), Failure> {
+    let (domain, world, goal) = options.inputs.load_with_goal()?;
+    let plan = search(&domain, &world, &goal, &options.search)?;
+    let text = if options.json {
+        json::write(&plan).map_err(|e| Failure::Output(format!("can't write the plan as JSON: {e}")))?
+    } else {
+        text::plan(&plan)
+    };
+    deliver(options.output.as_deref(), &text)
+}
+
+/// Plans; without a plan says why on the standard error and fails with its exit code.
+pub(super) fn search(
+    domain: &sgap::ir::Domain,
+    world: &sgap::world::World,
+    goal: &sgap::ir::Goal,
+    options: &SearchOptions,
+) -> Result<Plan, Failure> {
+    let begin = Instant::now();
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_interrupt(&stop);
+    if let Some(limit) = options.timeout {
+        let stop = Arc::clone(&stop);
+        std::thread::spawn(move || {
+            std::thread::sleep(limit);
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+    let settings = engine::Settings {
+        branching: options.branching,
+        best: options.best,
+        budget: Budget { expansions: options.max_expansions, depth: options.max_depth },
+    };
+    let geometry = grp::Settings {
+        placements: options.placements,
+        ik_restarts: IK_RESTARTS,
+        motion_samples: MOTION_SAMPLES,
+    };
+    let mut grp = Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(|why| {
+        say(&format!("{why}\n"));
+        Failure::Code(code::PROBLEMS)
+    })?;
+    let outcome = engine::solve(domain, goal, &mut grp, &settings, &stop, &mut |found, statistics| {
+        if options.best {
+            let (n, cost) = (found.steps.len(), found.cost);
+            say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
+        }
+    });
+    if options.stats {
+        say(&statistics(&outcome.statistics, &grp.counts(), begin.elapsed()));
+    }
+    match outcome.found {
+        Some(found) => {
+            if options.best {
+                say(&format!("{}\n", how_good(outcome.ending)));
+            }
+            Ok(engine::document(&found, domain, goal, options.seed, &|gas| grp.geometry(gas)))
+        }
+        None => {
+            say(&text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not));
+            Err(Failure::Code(match outcome.ending {
+                Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
+                Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
+                Ending::BudgetSpent | Ending::Interrupted => code::NO_PLAN_BUDGET,
+            }))
+        }
+    }
+}
+
+/// The first Ctrl-C ends the search with the best plan so far, the second one the program.
+fn stop_on_interrupt(stop: &Arc<AtomicBool>) {
+    let stop = Arc::clone(stop);
+    // Without a handler Ctrl-C ends the program at once, which is all that is lost when there can't be one.
+    let _ = ctrlc::set_handler(move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            #[expect(clippy::exit, reason = "the user insists")]
+            std::process::exit(i32::from(code::NO_PLAN_BUDGET));
+        }
+    });
+}
+
+fn how_good(ending: Ending) -> String {
+    match ending {
+        Ending::FirstPlan => "first plan".into(),
+        Ending::Exhausted => "best plan: every choice was tried".into(),
+        Ending::ExhaustedTruncated(cut) => format!("best plan within the limits: {}", text::truncated(cut)),
+        Ending::BudgetSpent => "best plan before the budget was spent".into(),
+        Ending::Interrupted => "best plan before the search was interrupted".into(),
+    }
+}
+
+fn statistics(engine: &engine::Statistics, geometry: &grp::Counts, time: Duration) -> String {
+    format!(
+        "search      {:.3} s, {} expansions, {} backtracks, {} plans\n\
+         projection  {} actions computed, {} alternatives, {} candidates\n\
+         geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts\n",
+        time.as_secs_f64(),
+        engine.expansions,
+        engine.backtracks,
+        engine.plans,
+        engine.projections,
+        engine.alternatives,
+        geometry.candidates,
+        geometry.ik_calls,
+        geometry.motion_plans,
+        geometry.configurations_checked,
+        geometry.facts,
+    )
+}

@@ -1,0 +1,31 @@
+//! `sgap view DOMAIN WORLD -o page.html`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Inputs;
+use super::output::{Failure, say, write_file};
+use super::plan::{SearchOptions, search};
+use sgap::report::html;
+
+/// What to show, and where.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    inputs: Inputs,
+    #[command(flatten)]
+    search: SearchOptions,
+    /// The page to write
+    #[arg(short, long, value_name = "FILE", default_value = "page.html")]
+    output: PathBuf,
+}
+
+pub(super) fn run(options: &Options) -> Result<(), Failure> {
+    let (domain, world, goal) = options.inputs.load_with_goal()?;
+    let plan = search(&domain, &world, &goal, &options.search)?;
+    let page = html::page(&world.scene, &world.start, Some(&plan), &plan.task);
+    write_file(&options.output, &page)?;
+    say(&format!("{} written\n", options.output.display()));
+    Ok(())
+}

@@ -1,0 +1,135 @@
+//! The choices of a geometric action, in the order in which they are tried.
+//!
+//! Discrete ones (arm and grasp) are sorted by promise; continuous ones (placements) are a bounded, well-spread sequence:
+//! Halton points (doi:10.1007/BF01386213) shifted by the seed (Cranley & Patterson, doi:10.1137/0713071).
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::facts::placed_pose;
+use super::prepared::Prepared;
+use crate::geom::{Pose, Vec3};
+use crate::world::{Scene, State};
+
+/// Where an object is to be put.
+#[derive(Debug, Clone)]
+pub(super) struct Placement {
+    /// Object that carries it, and which of its faces.
+    pub on: usize,
+    pub support: usize,
+    /// Index into the object's stable orientations.
+    pub stable: usize,
+    pub x: f64,
+    pub y: f64,
+    pub yaw: f64,
+    pub X_WO: Pose,
+}
+
+/// One assignment of all choices.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub arm: usize,
+    /// Name and pose of the tool in the object frame, with the width between the fingers [m].
+    pub grasp: String,
+    pub X_OT: Pose,
+    pub width: f64,
+    pub placement: Option<Placement>,
+}
+
+/// Returns every arm whose hand is empty with every grasp that its gripper can open for, most promising first.
+///
+/// HEURISTIC: nearest shoulder first; then grasps whose approach goes down or away from the shoulder, because a hand that
+/// comes from below or from behind the object rarely fits.
+pub(super) fn arms_and_grasps(
+    scene: &Scene,
+    prepared: &Prepared,
+    state: &State,
+    agent: usize,
+    object: usize,
+) -> Vec<Candidate> {
+    let body = &scene.agents[agent];
+    let X_WL = body.tree.link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
+    let X_WO = &state.objects[object].X_WO;
+    let mut all: Vec<(f64, f64, Candidate)> = Vec::new();
+    for (arm, description) in body.arms.iter().enumerate() {
+        let full = state.objects.iter().any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
+        let Some(gripper) = &description.gripper else { continue };
+        if full {
+            continue;
+        }
+        let p_WShoulder = X_WL[prepared.agents[agent].arms[arm].shoulder_link].translation.vector;
+        let away = X_WO.translation.vector - p_WShoulder;
+        for grasp in scene.objects[object].grasps.iter().filter(|g| g.width < gripper.gap_open) {
+            let approach = X_WO.rotation * grasp.X_OT.rotation * Vec3::x();
+            let promise = approach.dot(&-Vec3::z()) + 0.5 * approach.dot(&away.normalize());
+            let candidate = Candidate {
+                arm,
+                grasp: grasp.name.clone(),
+                X_OT: grasp.X_OT,
+                width: grasp.width,
+                placement: None,
+            };
+            all.push((away.norm(), -promise, candidate));
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    all.into_iter().map(|(_, _, c)| c).collect()
+}
+
+/// Returns placements of a held object on the faces of `on`; fewer than `limit` where some do not fit onto their face.
+pub(super) fn placements(
+    scene: &Scene,
+    state: &State,
+    object: usize,
+    on: usize,
+    held: &Candidate,
+    limit: u32,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Candidate> {
+    let thing = &scene.objects[object];
+    let supports = &scene.objects[on].supports;
+    let shift: [f64; 3] = [rng.random(), rng.random(), rng.random()];
+    let mut all = Vec::new();
+    if supports.is_empty() || thing.stable.is_empty() {
+        return all;
+    }
+    for k in 0..limit {
+        let n = k as usize;
+        // Faces and orientations alternate fastest, so that each gets its share of well-spread points.
+        let support = n % supports.len();
+        let stable = n / supports.len() % thing.stable.len();
+        let point = n / (supports.len() * thing.stable.len()) + 1;
+        let unit = |base: usize, i: usize| (halton(point, base) + shift[i]).fract();
+        let yaw = (unit(5, 2) * 2.0 - 1.0) * std::f64::consts::PI;
+        let (sin, cos) = nalgebra::ComplexField::sin_cos(yaw);
+        let (face, orientation) = (&supports[support], &thing.stable[stable]);
+        let turned: Vec<[f64; 2]> =
+            orientation.footprint.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect();
+        let range = |axis: usize| {
+            let low = turned.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+            let high = turned.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+            (-face.half[axis] - low, face.half[axis] - high)
+        };
+        let ((x0, x1), (y0, y1)) = (range(0), range(1));
+        if x0 > x1 || y0 > y1 {
+            continue;
+        }
+        let (x, y) = (x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0));
+        let X_WF = state.objects[on].X_WO * face.X_OF;
+        let X_WO = placed_pose(&X_WF, &orientation.X_QO, x, y, yaw);
+        all.push(Candidate { placement: Some(Placement { on, support, stable, x, y, yaw, X_WO }), ..held.clone() });
+    }
+    all
+}
+
+/// Returns the `i`-th point (from 1) of the van der Corput sequence of a base, in [0, 1).
+fn halton(mut i: usize, base: usize) -> f64 {
+    let (mut fraction, mut value) = (1.0, 0.0);
+    while i > 0 {
+        fraction /= base as f64;
+        value += fraction * (i % base) as f64;
+        i /= base;
+    }
+    value
+}

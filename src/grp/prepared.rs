@@ -1,0 +1,184 @@
+//! Shapes and chains of a scene, made ready once for fast yes/no tests.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use crate::geom::collide::{Solid, touch};
+use crate::geom::kinematics::Chain;
+use crate::geom::{Pose, Vec3};
+use crate::world::{Scene, State};
+
+/// Clearance that free motions keep from everything but the agent itself [m]. Checks of a path are spaced; between two
+/// of them no body sinks in by more than this.
+pub(super) const MARGIN: f64 = 0.005;
+/// Clearance between the links of one agent [m].
+pub(super) const SELF_MARGIN: f64 = 0.002;
+
+/// A convex body fixed to a link or to an object.
+#[derive(Debug)]
+pub(super) struct Part {
+    /// The link, for an agent's body.
+    pub link: usize,
+    pub exact: Solid,
+    /// Grown by [`MARGIN`].
+    pub padded: Solid,
+    /// Grown by [`SELF_MARGIN`].
+    pub self_padded: Solid,
+    /// Shrunk a little: an object that rests on its support touches it without hitting it.
+    pub resting: Solid,
+    /// Pose of the shape in the link's or object's frame.
+    pub X_FS: Pose,
+}
+
+/// An arm's chain and what it can do at most.
+#[derive(Debug)]
+pub(super) struct PreparedArm {
+    pub chain: Chain,
+    /// Longest distance from the arm's first joint to its tool point [m]; never below the truth.
+    pub reach: f64,
+    /// Link whose frame sits at the arm's first joint: the shoulder.
+    pub shoulder_link: usize,
+    /// Links that the arm's joints and fingers move, ascending.
+    pub moved: Vec<usize>,
+}
+
+/// An agent's bodies and arms.
+#[derive(Debug)]
+pub(super) struct PreparedAgent {
+    pub parts: Vec<Part>,
+    /// By position in `Agent::arms`.
+    pub arms: Vec<PreparedArm>,
+}
+
+/// Everything that never changes, made ready.
+#[derive(Debug)]
+pub(super) struct Prepared {
+    pub agents: Vec<PreparedAgent>,
+    pub objects: Vec<Vec<Part>>,
+}
+
+/// How much a resting object is shrunk [m]; the validator tolerates 1 mm.
+const RESTING: f64 = -0.0005;
+
+impl Prepared {
+    /// Makes the scene ready. An arm whose tip does not descend from its base is left out of the result's `arms`
+    /// by an error naming it.
+    pub(super) fn new(scene: &Scene) -> Result<Prepared, String> {
+        let part = |link, shape: &_, X_FS: &Pose| Part {
+            link,
+            exact: Solid::new(shape),
+            padded: Solid::padded(shape, MARGIN),
+            self_padded: Solid::padded(shape, SELF_MARGIN),
+            resting: Solid::padded(shape, RESTING),
+            X_FS: *X_FS,
+        };
+        let mut agents = Vec::with_capacity(scene.agents.len());
+        for agent in &scene.agents {
+            let mut arms = Vec::with_capacity(agent.arms.len());
+            for arm in &agent.arms {
+                let Some(chain) = Chain::new(&agent.tree, arm.base_link, arm.tip_link, &arm.X_LT) else {
+                    return Err(format!("the {} arm of {} is no serial chain", arm.name, agent.id));
+                };
+                let mut dofs = arm.dofs.clone();
+                dofs.extend(arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()));
+                let moved = agent.tree.links_moved_by(&dofs);
+                let (reach, shoulder_link) = reach(agent, arm);
+                arms.push(PreparedArm { chain, reach, shoulder_link, moved });
+            }
+            let parts = agent.bodies.iter().map(|b| part(b.link, &b.shape, &b.X_LS)).collect();
+            agents.push(PreparedAgent { parts, arms });
+        }
+        let objects =
+            scene.objects.iter().map(|o| o.parts.iter().map(|p| part(0, &p.shape, &p.X_OS)).collect()).collect();
+        Ok(Prepared { agents, objects })
+    }
+}
+
+/// Returns the arm's reach from its first moving joint, and the link that this joint moves.
+fn reach(agent: &crate::world::Agent, arm: &crate::world::Arm) -> (f64, usize) {
+    let mut reach = arm.X_LT.translation.vector.norm();
+    let mut link = arm.tip_link;
+    let mut shoulder = arm.tip_link;
+    // Walk from the tip to the base; what lies between the base and the first moving joint does not count.
+    let mut pending = 0.0;
+    while link != arm.base_link && link > 0 {
+        let joint = &agent.tree.joints[link - 1];
+        if let Some(drive) = joint.drive {
+            reach += pending;
+            pending = 0.0;
+            shoulder = link;
+            let dof = &agent.tree.dofs[drive.dof];
+            if joint.kind == crate::geom::kinematics::JointKind::Prismatic {
+                reach += dof.lower.abs().max(dof.upper.abs());
+            }
+        }
+        pending += joint.X_PJ.translation.vector.norm();
+        link = joint.parent;
+    }
+    (reach, shoulder)
+}
+
+/// A body at its place in the world.
+#[derive(Debug)]
+pub(super) struct Placed<'a> {
+    pub solid: &'a Solid,
+    pub X_WS: Pose,
+    /// Who it is, for messages.
+    pub owner: Owner,
+}
+
+/// Whose body it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Owner {
+    Link { agent: usize, link: usize },
+    Object(usize),
+}
+
+impl Owner {
+    /// Returns `PR2.r_gripper` or `TABLE`.
+    pub(super) fn name(self, scene: &Scene) -> String {
+        match self {
+            Owner::Link { agent, link } => {
+                let agent = &scene.agents[agent];
+                format!("{}.{}", agent.id, agent.tree.links[link])
+            }
+            Owner::Object(object) => scene.objects[object].id.clone(),
+        }
+    }
+}
+
+/// Says whether bodies at these places overlap; spheres about their origins first.
+pub(super) fn overlap(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
+    let reach = a.radius() + b.radius();
+    let between: Vec3 = X_WA.translation.vector - X_WB.translation.vector;
+    between.norm_squared() <= reach * reach && touch(a, X_WA, b, X_WB)
+}
+
+/// Returns all link poses of every agent.
+pub(super) fn link_poses(scene: &Scene, state: &State) -> Vec<Vec<Pose>> {
+    scene.agents.iter().zip(&state.agents).map(|(a, s)| a.tree.link_poses(&s.X_WB, &s.q)).collect()
+}
+
+/// Returns every body but those of `without`, exact, at its place.
+pub(super) fn place_all<'a>(
+    prepared: &'a Prepared,
+    state: &State,
+    X_WL: &[Vec<Pose>],
+    without: &dyn Fn(Owner) -> bool,
+) -> Vec<Placed<'a>> {
+    let mut all = Vec::new();
+    for (agent, parts) in prepared.agents.iter().enumerate() {
+        for part in &parts.parts {
+            let owner = Owner::Link { agent, link: part.link };
+            if !without(owner) {
+                all.push(Placed { solid: &part.exact, X_WS: X_WL[agent][part.link] * part.X_FS, owner });
+            }
+        }
+    }
+    for (object, parts) in prepared.objects.iter().enumerate() {
+        let owner = Owner::Object(object);
+        if !without(owner) {
+            let X_WO = state.objects[object].X_WO;
+            all.extend(parts.iter().map(|p| Placed { solid: &p.exact, X_WS: X_WO * p.X_FS, owner }));
+        }
+    }
+    all
+}

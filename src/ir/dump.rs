@@ -1,0 +1,282 @@
+//! A compiled domain as text, for the tests' snapshots: every table, with names for ids and `$i` for `Var(i)`.
+
+use std::fmt::Write as _;
+
+use super::*;
+
+/// Returns the domain as text; the same domain gives the same bytes.
+pub fn dump(domain: &Domain) -> String {
+    let mut out = String::new();
+    let dump = Dump { domain };
+    for ty in &domain.types {
+        let parent = ty.parent.map_or(String::new(), |p| format!(" : {}", dump.ty(p)));
+        let entities: Vec<&str> = ty.entities.iter().map(|e| dump.entity(*e)).collect();
+        line(
+            &mut out,
+            0,
+            &format!("type {}{parent} [{}]", ty.name, entities.join(", ")),
+        );
+    }
+    for a in &domain.attributes {
+        let change = if a.is_static { "static" } else { "dynamic" };
+        let fact = a.fact.as_ref().map_or(String::new(), |f| format!(" = fact {f}"));
+        let text = format!(
+            "{change} {}{} {}.{}{fact}",
+            set_word(a.is_set),
+            dump.base(a.base),
+            dump.ty(a.owner),
+            a.name
+        );
+        line(&mut out, 0, &text);
+    }
+    for (slot, value) in domain.slots.iter().zip(&domain.initial) {
+        let attribute = &domain.attributes[slot.attribute.index()].name;
+        line(
+            &mut out,
+            0,
+            &format!("{}.{attribute} = {}", dump.entity(slot.entity), domain.show(value)),
+        );
+    }
+    domain.actions.iter().for_each(|a| dump.action(&mut out, a));
+    domain.methods.iter().for_each(|m| dump.method(&mut out, m));
+    out
+}
+
+fn line(out: &mut String, depth: usize, text: &str) {
+    // Writing to a String can't fail.
+    let _ = writeln!(out, "{:indent$}{text}", "", indent = depth * 2);
+}
+
+fn set_word(is_set: bool) -> &'static str {
+    if is_set { "set " } else { "" }
+}
+
+struct Dump<'a> {
+    domain: &'a Domain,
+}
+
+impl Dump<'_> {
+    fn ty(&self, id: TypeId) -> &str {
+        &self.domain.types[id.index()].name
+    }
+
+    fn entity(&self, id: EntityId) -> &str {
+        &self.domain.entities[id.index()].name
+    }
+
+    fn base(&self, base: Base) -> String {
+        match base {
+            Base::Number => "number".into(),
+            Base::Bool => "bool".into(),
+            Base::String => "string".into(),
+            Base::Entity(t) => self.ty(t).into(),
+        }
+    }
+
+    fn params(&self, params: &[Param]) -> String {
+        let param = |p: &Param| format!("{}{} {}", set_word(p.is_set), self.base(p.base), p.name);
+        params.iter().map(param).collect::<Vec<_>>().join(", ")
+    }
+
+    fn action(&self, out: &mut String, action: &Action) {
+        let head = format!(
+            "action {}({}) vars {} agents {:?}",
+            action.name,
+            self.params(&action.params),
+            action.n_vars,
+            action.agents
+        );
+        line(out, 0, &head);
+        line(out, 1, &format!("if {}", self.test(&action.preconditions)));
+        if let Some(projects) = &action.projects {
+            line(
+                out,
+                1,
+                &format!("projects {}({})", projects.name, self.exprs(&projects.args)),
+            );
+        }
+        if let Some(alternatives) = action.alternatives {
+            line(out, 1, &format!("alternatives {alternatives}"));
+        }
+        action.effects.iter().for_each(|e| self.effect(out, 1, e));
+        line(out, 1, &format!("cost {}", self.expr(&action.cost)));
+        let (least, most) = &action.duration;
+        line(out, 1, &format!("duration ({}, {})", self.expr(least), self.expr(most)));
+    }
+
+    fn method(&self, out: &mut String, method: &Method) {
+        line(
+            out,
+            0,
+            &format!(
+                "method {}({}) vars {}",
+                method.name,
+                self.params(&method.params),
+                method.n_vars
+            ),
+        );
+        if let Some(goal) = &method.goal {
+            line(out, 1, &format!("goal {}", self.test(goal)));
+        }
+        for decomposition in &method.decompositions {
+            line(out, 1, &format!("if {}", self.test(&decomposition.preconditions)));
+            for binder in &decomposition.binders {
+                line(out, 2, &self.binder(binder));
+            }
+            for (i, subtask) in decomposition.subtasks.iter().enumerate() {
+                let name = self.domain.task_name(subtask.task);
+                let after = if subtask.after.is_empty() {
+                    String::new()
+                } else {
+                    format!(" after {:?}", subtask.after)
+                };
+                line(out, 2, &format!("{i}: {name}({}){after}", self.exprs(&subtask.args)));
+            }
+        }
+    }
+
+    fn binder(&self, binder: &Binder) -> String {
+        match binder {
+            Binder::Let { var, var_name, value } => format!("${} {var_name} = {}", var.0, self.expr(value)),
+            Binder::Select {
+                var,
+                var_name,
+                ty,
+                filter,
+                order,
+            } => {
+                let order = match order {
+                    SelectOrder::Declared => String::new(),
+                    SelectOrder::Once => " once".into(),
+                    SelectOrder::Sorted { key, descending } => {
+                        format!(" by {} {}", self.expr(key), if *descending { ">" } else { "<" })
+                    }
+                };
+                format!(
+                    "${} {var_name} in {} if {}{order}",
+                    var.0,
+                    self.ty(*ty),
+                    self.test(filter)
+                )
+            }
+        }
+    }
+
+    fn effect(&self, out: &mut String, depth: usize, effect: &Effect) {
+        let target = |e: &Expr, a: &AttributeId| format!("{}.{}", self.expr(e), self.domain.attributes[a.index()].name);
+        match effect {
+            Effect::Assign {
+                entity,
+                attribute,
+                value,
+            } => line(
+                out,
+                depth,
+                &format!("{} = {}", target(entity, attribute), self.expr(value)),
+            ),
+            Effect::Add {
+                entity,
+                attribute,
+                element,
+            } => line(
+                out,
+                depth,
+                &format!("{} <<= {}", target(entity, attribute), self.expr(element)),
+            ),
+            Effect::Remove {
+                entity,
+                attribute,
+                element,
+            } => line(
+                out,
+                depth,
+                &format!("{} =>> {}", target(entity, attribute), self.expr(element)),
+            ),
+            Effect::Forall {
+                var,
+                ty,
+                guard,
+                effects,
+            } => {
+                line(
+                    out,
+                    depth,
+                    &format!("for all ${} in {} if {}", var.0, self.ty(*ty), self.test(guard)),
+                );
+                effects.iter().for_each(|e| self.effect(out, depth + 1, e));
+            }
+            Effect::If { test, then, otherwise } => {
+                line(out, depth, &format!("when {}", self.test(test)));
+                then.iter().for_each(|e| self.effect(out, depth + 1, e));
+                if !otherwise.is_empty() {
+                    line(out, depth, "else");
+                    otherwise.iter().for_each(|e| self.effect(out, depth + 1, e));
+                }
+            }
+        }
+    }
+
+    fn test(&self, test: &Test) -> String {
+        let joined = |tests: &[Test], word: &str| {
+            let all: Vec<String> = tests.iter().map(|t| self.test(t)).collect();
+            format!("({})", all.join(word))
+        };
+        match test {
+            Test::And(tests) if tests.is_empty() => "true".into(),
+            Test::And(tests) => joined(tests, " and "),
+            Test::Or(tests) => joined(tests, " or "),
+            Test::Not(inner) => format!("not {}", self.test(inner)),
+            Test::Compare { op, left, right } => {
+                let op = match op {
+                    CompareOp::Equal => "==",
+                    CompareOp::NotEqual => "!=",
+                    CompareOp::Less => "<",
+                    CompareOp::LessEqual => "<=",
+                    CompareOp::Greater => ">",
+                    CompareOp::GreaterEqual => ">=",
+                };
+                format!("{} {op} {}", self.expr(left), self.expr(right))
+            }
+            Test::Member { element, set } => format!("{} >> {}", self.expr(element), self.expr(set)),
+            Test::Forall { var, ty, guard, body } => {
+                let (guard, body) = (self.test(guard), self.test(body));
+                format!("(all ${} in {} if {guard}: {body})", var.0, self.ty(*ty))
+            }
+            Test::Exist { var, ty, guard, body } => {
+                let (guard, body) = (self.test(guard), self.test(body));
+                format!("(some ${} in {} if {guard}: {body})", var.0, self.ty(*ty))
+            }
+            Test::Holds(expr) => self.expr(expr),
+        }
+    }
+
+    fn exprs(&self, exprs: &[Expr]) -> String {
+        exprs.iter().map(|e| self.expr(e)).collect::<Vec<_>>().join(", ")
+    }
+
+    fn expr(&self, expr: &Expr) -> String {
+        match expr {
+            Expr::Const(value) => self.domain.show(value),
+            Expr::Var(var) => format!("${}", var.0),
+            Expr::Attribute { base, attribute } => {
+                format!("{}.{}", self.expr(base), self.domain.attributes[attribute.index()].name)
+            }
+            Expr::Size(set) => format!("size({})", self.expr(set)),
+            Expr::List(elements) => format!("[{}]", self.exprs(elements)),
+            Expr::Arithmetic { op, left, right } => {
+                let op = match op {
+                    ArithmeticOp::Add => '+',
+                    ArithmeticOp::Subtract => '-',
+                    ArithmeticOp::Multiply => '*',
+                    ArithmeticOp::Divide => '/',
+                };
+                format!("({} {op} {})", self.expr(left), self.expr(right))
+            }
+            Expr::Negate(inner) => format!("-{}", self.expr(inner)),
+            Expr::SetWith { set, element } => format!("({} with {})", self.expr(set), self.expr(element)),
+            Expr::SetWithout { set, element } => format!("({} without {})", self.expr(set), self.expr(element)),
+            Expr::GeometricCost => "geometric cost".into(),
+            Expr::GeometricDuration => "geometric duration".into(),
+        }
+    }
+}

@@ -1,1 +1,0 @@
-//! Checked AST to [`super::Domain`].

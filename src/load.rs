@@ -1,0 +1,116 @@
+//! Joins the two halves of the input: a domain and the world that it is planned in.
+
+use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
+use crate::diag::{Problem, Problems};
+use crate::ir::{Domain, Goal};
+use crate::source::{FileId, Files, Sources};
+use crate::syntax;
+use crate::world::{self, Literal, World};
+
+/// A domain compiled against a world, with the task to plan if one is named.
+#[derive(Debug)]
+pub struct Input {
+    pub domain: Domain,
+    pub world: World,
+    pub goal: Option<Goal>,
+}
+
+/// Loads a domain and a world; `task` overrides the world file's. All problems of both come at once; `None` with any error.
+pub fn load(
+    domain_path: &str,
+    world_path: &str,
+    task: Option<&str>,
+    sources: &mut Sources,
+    files: &dyn Files,
+) -> (Option<Input>, Problems) {
+    let (world, mut problems) = world::load(world_path, sources, files);
+    let file = match read_domain(domain_path, sources, files) {
+        Ok(file) => file,
+        Err(problem) => {
+            problems.push(problem);
+            return (None, problems);
+        }
+    };
+    let (ast, syntax_problems) = syntax::parse(file, &sources.get(file).text);
+    let broken = syntax_problems.has_errors();
+    problems.extend(syntax_problems);
+    // Names that only a broken world or a broken line would have declared are not worth an error each.
+    let Some(world) = world.filter(|_| !broken) else { return (None, problems) };
+    let (domain, check_problems) = check::compile(&[ast], &given(&world));
+    problems.extend(check_problems);
+    let Some(domain) = domain else { return (None, problems) };
+    let goal = match (task, &world.task) {
+        (Some(text), _) => {
+            let file = sources.add("--task", text);
+            parse_goal(text, file, 0, &domain, &mut problems)
+        }
+        (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &domain, &mut problems),
+        (None, None) => None,
+    };
+    if problems.has_errors() {
+        return (None, problems);
+    }
+    (Some(Input { domain, world, goal }), problems)
+}
+
+/// Reads and checks a domain alone, without a world.
+pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
+    let mut problems = Problems::default();
+    let file = match read_domain(path, sources, files) {
+        Ok(file) => file,
+        Err(problem) => {
+            problems.push(problem);
+            return (None, problems);
+        }
+    };
+    let (ast, found) = syntax::parse(file, &sources.get(file).text);
+    let broken = found.has_errors();
+    problems.extend(found);
+    if broken {
+        return (None, problems);
+    }
+    let (domain, found) = check::compile(&[ast], &Given::default());
+    problems.extend(found);
+    (domain, problems)
+}
+
+/// Returns what the world declares, in the checker's terms.
+fn given(world: &World) -> Given {
+    let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
+    let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
+    let entities = agents
+        .chain(objects)
+        .zip(&world.spans)
+        .map(|((name, ty, is_agent), span)| GivenEntity { name: name.clone(), ty: ty.clone(), is_agent, span: *span })
+        .collect();
+    let literal = |l: &Literal| match l {
+        Literal::Bool(b) => GivenLiteral::Bool(*b),
+        Literal::Number(x) => GivenLiteral::Number(*x),
+        Literal::Text(text) => GivenLiteral::Text(text.clone()),
+    };
+    let values = world
+        .values
+        .iter()
+        .map(|v| GivenValue {
+            entity: v.entity.clone(),
+            attribute: v.attribute.clone(),
+            values: v.values.iter().map(literal).collect(),
+            is_list: v.is_list,
+            span: v.span,
+        })
+        .collect();
+    Given { entities, shared: world.shared.clone(), values }
+}
+
+fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Problem> {
+    match files.read(path) {
+        Ok(text) => Ok(sources.add(path, text)),
+        Err(why) => Err(Problem::unplaced("hatp::unreadable", format!("can't read `{path}`: {why}"))),
+    }
+}
+
+fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain, problems: &mut Problems) -> Option<Goal> {
+    let (goal, found) = check::parse_goal(text, file, offset, domain);
+    problems.extend(found);
+    goal
+}

@@ -1,0 +1,30 @@
+// What the page uses of three.js, and nothing else: esbuild leaves the rest out of three.min.js.gz.
+// How to rebuild the bundle: docs/view.md.
+export {
+  Box3,
+  BoxGeometry,
+  BufferGeometry,
+  CapsuleGeometry,
+  CatmullRomCurve3,
+  Color,
+  CylinderGeometry,
+  DirectionalLight,
+  GridHelper,
+  Group,
+  HemisphereLight,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Quaternion,
+  Scene,
+  ShadowMaterial,
+  SphereGeometry,
+  SRGBColorSpace,
+  TubeGeometry,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+export { OrbitControls } from "three/addons/controls/OrbitControls.js";

@@ -1,0 +1,124 @@
+//! Plans, reasons and facts as text for people.
+
+use std::fmt::Write;
+
+use crate::engine::{Ending, Statistics, Truncated};
+use crate::plan::{Plan, WhyNot};
+
+/// Returns the plan as a table with its schedule, then the streams of the agents.
+pub fn plan(plan: &Plan) -> String {
+    let mut out = String::new();
+    let n = plan.actions.len();
+    let actions = if n == 1 { "action" } else { "actions" };
+    let _ = writeln!(out, "plan of {}", plan.task);
+    let _ = writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan);
+    let mut rows: Vec<[String; 8]> = vec![
+        ["", "start [s]", "end [s]", "action", "arm", "grasp", "placement", "cost"].map(str::to_owned),
+    ];
+    for action in &plan.actions {
+        let geometry = action.geometry.as_ref();
+        let placement = geometry.and_then(|g| g.placement.as_ref()).map(|p| {
+            let degrees = p.yaw.to_degrees();
+            format!("{}.{} ({:.3}, {:.3}) {:.0}° {}", p.on, p.support, p.x + 0.0, p.y + 0.0, degrees, p.stable)
+        });
+        rows.push([
+            action.index.to_string(),
+            format!("{:.2}", action.start),
+            format!("{:.2}", action.end),
+            format!("{}({})", action.name, action.arguments.join(", ")),
+            geometry.map_or_else(String::new, |g| g.arm.clone()),
+            geometry.map_or_else(String::new, |g| g.grasp.clone()),
+            placement.unwrap_or_default(),
+            format!("{:.4}", action.cost),
+        ]);
+    }
+    // Numbers to the right, words to the left.
+    const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
+    table(&rows, &RIGHT, &mut out);
+    if !plan.streams.is_empty() {
+        out.push_str("\nstreams\n");
+        let widest = plan.streams.keys().map(|k| k.chars().count()).max().unwrap_or(0);
+        for (agent, stream) in &plan.streams {
+            let steps: Vec<String> = stream
+                .iter()
+                .filter_map(|i| plan.actions.get(*i))
+                .map(|a| format!("{} {} {:.2}-{:.2}", a.index, a.name, a.start, a.end))
+                .collect();
+            let _ = writeln!(out, "  {agent:widest$}  {}", steps.join(" | "));
+        }
+    }
+    out
+}
+
+/// Writes rows as columns; columns that are empty but for their heading are left out.
+fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
+    let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
+    let shown: Vec<usize> = (0..N).filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty())).collect();
+    for row in rows {
+        let mut line = String::new();
+        for c in &shown {
+            let (cell, pad) = (&row[*c], width(*c) - row[*c].chars().count());
+            let (before, after) = if right[*c] { (pad, 0) } else { (0, pad) };
+            let _ = write!(line, "  {}{cell}{}", " ".repeat(before), " ".repeat(after));
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+}
+
+/// Returns how a search without a plan ended, the deepest point that it reached, and the grouped reasons.
+pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String {
+    let mut out = String::new();
+    let headline = match ending {
+        Ending::FirstPlan | Ending::Exhausted => "no plan exists: every choice was tried".to_owned(),
+        Ending::ExhaustedTruncated(cut) => format!("no plan found: {}", truncated(cut)),
+        Ending::BudgetSpent => format!("no plan found within {} expansions", statistics.expansions),
+        Ending::Interrupted => "no plan found before the search was interrupted".to_owned(),
+    };
+    let _ = writeln!(out, "{headline}");
+    if why.deepest.is_empty() {
+        out.push_str("\nno branch got as far as one action\n");
+    } else {
+        let _ = writeln!(out, "\nthe deepest branch did");
+        for action in &why.deepest {
+            let _ = writeln!(out, "  {action}");
+        }
+    }
+    let reasons = why.reasons();
+    if !reasons.is_empty() {
+        out.push_str("\nwhat ended the branches\n");
+        for (reason, count) in reasons.iter().take(MOST_REASONS) {
+            let _ = writeln!(out, "  {count:>6} x {reason}");
+        }
+        let rest: u64 = reasons.iter().skip(MOST_REASONS).map(|(_, n)| n).sum::<u64>() + why.not_kept;
+        if rest > 0 {
+            let _ = writeln!(out, "  {rest:>6} x other reasons");
+        }
+    }
+    out
+}
+
+/// Reasons shown; the rest is summed up.
+const MOST_REASONS: usize = 12;
+
+/// Returns what was cut short, in words.
+pub fn truncated(cut: Truncated) -> String {
+    let mut parts = Vec::new();
+    let mut add = |n: u64, one: &str, many: &str| {
+        if n > 0 {
+            parts.push(format!("{n} {}", if n == 1 { one } else { many }));
+        }
+    };
+    add(
+        cut.alternatives,
+        "action stopped at its branching factor (try a larger --branching)",
+        "actions stopped at their branching factor (try a larger --branching)",
+    );
+    add(
+        cut.geometry,
+        "geometric action ended with choices untried (try more --placements)",
+        "geometric actions ended with choices untried (try more --placements)",
+    );
+    add(cut.depth, "branch was too deep (try a larger --max-depth)", "branches were too deep (try a larger --max-depth)");
+    parts.join(", ")
+}

@@ -1,0 +1,335 @@
+//! What a file says, with the place of every part; names are text, nothing is resolved.
+//!
+//! `factdatabase { }` and `HTN { }` only group: their items stand in [`File::items`] in the order of the file.
+
+use crate::source::Span;
+
+/// A word of the user's.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Name {
+    pub text: String,
+    pub span: Span,
+}
+
+/// One file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct File {
+    pub items: Vec<Item>,
+    pub span: Span,
+}
+
+/// A declaration.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Item {
+    EntityType(EntityType),
+    Attributes(Attributes),
+    Entity(Entity),
+    Initial(Assignment),
+    Action(Action),
+    Method(Method),
+    Function(Function),
+    Geometric(Geometric),
+    Fact(Fact),
+    /// `timePart { }` of old files.
+    TimePart(Span),
+    /// `import "file.hatp";`
+    Import(Span),
+}
+
+/// `define entityType Cup : Object;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct EntityType {
+    pub name: Name,
+    pub parent: Option<Name>,
+    pub span: Span,
+}
+
+/// `define entityAttributes T { ... }`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attributes {
+    pub owner: Name,
+    pub attributes: Vec<Attribute>,
+    pub span: Span,
+}
+
+/// `dynamic set Agent isReachable = fact isReachable;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attribute {
+    pub is_static: bool,
+    pub is_set: bool,
+    pub base: Name,
+    pub name: Name,
+    pub fact: Option<Name>,
+    pub span: Span,
+}
+
+/// `CUP = new Object;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entity {
+    pub name: Name,
+    pub ty: Name,
+    pub span: Span,
+}
+
+/// An action (thesis: operator).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Action {
+    pub name: Name,
+    pub params: Vec<Param>,
+    /// In the order of the file; `check` finds those that come twice.
+    pub clauses: Vec<Clause>,
+    pub span: Span,
+}
+
+/// A part of an action.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Clause {
+    Preconditions(Vec<Test>, Span),
+    Projects(Call, Span),
+    Constraints(Span),
+    Alternatives(Expr, Span),
+    Effects(Vec<Effect>, Span),
+    Cost(Expr, Span),
+    Duration(Expr, Span),
+}
+
+/// `set Object Os`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Param {
+    pub is_set: bool,
+    pub ty: Name,
+    pub name: Name,
+    pub span: Span,
+}
+
+/// A method (old files: task).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Method {
+    pub name: Name,
+    pub params: Vec<Param>,
+    /// More than one is for `check` to refuse.
+    pub goals: Vec<(Vec<Test>, Span)>,
+    pub decompositions: Vec<Decomposition>,
+    pub span: Span,
+}
+
+/// One way to do a method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decomposition {
+    /// All `preconditions` blocks together.
+    pub preconditions: Vec<Test>,
+    /// All `subtasks` blocks together.
+    pub steps: Vec<Step>,
+    pub span: Span,
+}
+
+/// A line of `subtasks { }`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    Select(Select),
+    Let(Let),
+    Subtask(Subtask),
+}
+
+/// How the entities of a SELECT are tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SelectKind {
+    Select,
+    Ordered,
+    Once,
+}
+
+/// `B = SELECT(Agent, { filter });`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Select {
+    pub name: Name,
+    pub kind: SelectKind,
+    /// Place of the word SELECT, SELECTORDERED or SELECTONCE.
+    pub kind_span: Span,
+    pub ty: Name,
+    pub filter: Vec<Test>,
+    /// The number to sort by, and whether the greatest comes first.
+    pub key: Option<(Expr, bool)>,
+    pub span: Span,
+}
+
+/// `let X = O.isOn;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Let {
+    pub name: Name,
+    pub value: Expr,
+    pub span: Span,
+}
+
+/// `2: Give(B, O, A) > 1;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subtask {
+    pub label: Option<Name>,
+    pub call: Call,
+    /// Labels of those that come before.
+    pub after: Vec<Name>,
+    pub span: Span,
+}
+
+/// `function number f(number c) { c }`; without a body it is declared only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Function {
+    pub result: Name,
+    pub name: Name,
+    pub params: Vec<Param>,
+    pub body: Option<Expr>,
+    pub span: Span,
+}
+
+/// `geometric pick(Agent A, any O);`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometric {
+    pub name: Name,
+    pub params: Vec<Param>,
+    pub span: Span,
+}
+
+/// `fact isOn(any A, any B);`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    pub name: Name,
+    pub params: Vec<Param>,
+    pub span: Span,
+}
+
+/// A test with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Test {
+    pub kind: TestKind,
+    pub span: Span,
+}
+
+/// What a test says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TestKind {
+    Or(Vec<Vec<Test>>),
+    Not(Vec<Test>),
+    Forall {
+        ty: Name,
+        var: Name,
+        guard: Vec<Test>,
+        body: Vec<Test>,
+    },
+    Exist {
+        ty: Name,
+        var: Name,
+        guard: Vec<Test>,
+        body: Vec<Test>,
+    },
+    Compare {
+        op: TestOp,
+        left: Expr,
+        right: Expr,
+    },
+    /// An expression alone.
+    Holds(Expr),
+}
+
+/// Between the two sides of a test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TestOp {
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Member,
+    NotMember,
+}
+
+/// An effect.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Effect {
+    Assign(Assignment),
+    Forall {
+        ty: Name,
+        var: Name,
+        guard: Vec<Test>,
+        effects: Vec<Effect>,
+        span: Span,
+    },
+    If {
+        test: Vec<Test>,
+        then: Vec<Effect>,
+        otherwise: Vec<Effect>,
+        span: Span,
+    },
+}
+
+/// How an attribute changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssignOp {
+    /// `=`
+    Set,
+    /// `<<=`
+    Add,
+    /// `=>>`
+    Remove,
+}
+
+/// `A.hasInHand = NULL;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assignment {
+    pub target: Path,
+    pub op: AssignOp,
+    pub op_span: Span,
+    pub value: Expr,
+    pub span: Span,
+}
+
+/// `A.holding.isAt`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    pub root: Name,
+    pub steps: Vec<Name>,
+    pub span: Span,
+}
+
+/// `placeR(A, O, S, AT)`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Call {
+    pub name: Name,
+    pub args: Vec<Expr>,
+    pub span: Span,
+}
+
+/// An expression with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expr {
+    pub kind: ExprKind,
+    pub span: Span,
+}
+
+/// What an expression is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExprKind {
+    Number(f64),
+    String(String),
+    Bool(bool),
+    Null,
+    Path(Path),
+    Call(Call),
+    List(Vec<Expr>),
+    /// `(least, most)`
+    Pair(Box<Expr>, Box<Expr>),
+    Negate(Box<Expr>),
+    Arithmetic {
+        op: ArithmeticOp,
+        left: Box<Expr>,
+        right: Box<Expr>,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArithmeticOp {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+}

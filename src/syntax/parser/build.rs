@@ -1,0 +1,609 @@
+//! pest's pairs to AST nodes; corrects forms that tempt but are wrong (`=` in a test) with a problem and goes on.
+
+use pest::iterators::{Pair, Pairs};
+
+use super::Rule;
+use crate::diag::{Problem, Problems};
+use crate::source::{FileId, Span};
+use crate::syntax::ast::*;
+
+/// Operators that one expression may chain. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
+/// that a person wrote.
+const MAX_OPERATORS: usize = 200;
+/// Steps of one path; each is a level of recursion.
+const MAX_STEPS: usize = 32;
+
+/// Reads pairs of a text that starts at `offset` of `file`.
+pub(super) struct Builder<'p> {
+    file: FileId,
+    offset: usize,
+    problems: &'p mut Problems,
+}
+
+/// The parts of a pair that carry meaning.
+struct Parts<'i>(std::iter::Peekable<std::vec::IntoIter<Pair<'i, Rule>>>);
+
+impl<'i> Parts<'i> {
+    /// Returns the next part, which the grammar promises.
+    fn want(&mut self) -> Pair<'i, Rule> {
+        match self.0.next() {
+            Some(pair) => pair,
+            None => unreachable!("builder: the grammar promises one more part"),
+        }
+    }
+
+    /// Returns the next part if it is of that rule.
+    fn take_if(&mut self, rule: Rule) -> Option<Pair<'i, Rule>> {
+        self.0.next_if(|p| p.as_rule() == rule)
+    }
+}
+
+impl<'i> Iterator for Parts<'i> {
+    type Item = Pair<'i, Rule>;
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next()
+    }
+}
+
+/// Splits a pair; brackets, separators and words that only introduce are left out.
+fn parts(pair: Pair<'_, Rule>) -> Parts<'_> {
+    let kept: Vec<_> = pair.into_inner().filter(|p| !is_fixed(p.as_rule())).collect();
+    Parts(kept.into_iter().peekable())
+}
+
+/// Says whether the rule's text is always the same and says nothing that the rule around it does not say.
+fn is_fixed(rule: Rule) -> bool {
+    matches!(
+        rule,
+        Rule::lbrace
+            | Rule::rbrace
+            | Rule::lparen
+            | Rule::rparen
+            | Rule::lbracket
+            | Rule::rbracket
+            | Rule::semi
+            | Rule::skipped_semi
+            | Rule::stray_semi
+            | Rule::comma
+            | Rule::colon
+            | Rule::dot
+            | Rule::EOI
+            | Rule::kw_factdatabase
+            | Rule::kw_htn
+            | Rule::kw_time_part
+            | Rule::kw_import
+            | Rule::kw_define
+            | Rule::kw_entity_type
+            | Rule::kw_entity_attributes
+            | Rule::kw_fact
+            | Rule::kw_new
+            | Rule::kw_action
+            | Rule::kw_method
+            | Rule::kw_preconditions
+            | Rule::kw_projects
+            | Rule::kw_constraints
+            | Rule::kw_alternatives
+            | Rule::kw_effects
+            | Rule::kw_cost
+            | Rule::kw_duration
+            | Rule::kw_goal
+            | Rule::kw_subtasks
+            | Rule::kw_let
+            | Rule::kw_after
+            | Rule::kw_function
+            | Rule::kw_geometric
+            | Rule::kw_or
+            | Rule::kw_not
+            | Rule::kw_forall
+            | Rule::kw_exist
+            | Rule::kw_if
+            | Rule::kw_else
+            | Rule::order_mark
+    )
+}
+
+impl<'p> Builder<'p> {
+    pub(super) fn new(file: FileId, offset: usize, problems: &'p mut Problems) -> Self {
+        Builder { file, offset, problems }
+    }
+
+    fn span(&self, pair: &Pair<'_, Rule>) -> Span {
+        let span = pair.as_span();
+        // pest counts the white space before a missing optional part as the rule's own.
+        let end = span.start() + pair.as_str().trim_end().len();
+        Span::new(self.file, self.offset + span.start(), self.offset + end)
+    }
+
+    fn name(&self, pair: Pair<'_, Rule>) -> Name {
+        Name {
+            text: pair.as_str().to_owned(),
+            span: self.span(&pair),
+        }
+    }
+
+    /// Returns all items of a `file` or a `lone` piece, out of their blocks.
+    pub(super) fn items(&mut self, pairs: Pairs<'_, Rule>) -> Vec<Item> {
+        let mut items = Vec::new();
+        for pair in pairs {
+            self.item(pair, &mut items);
+        }
+        items
+    }
+
+    pub(super) fn goal_call(&mut self, pairs: Pairs<'_, Rule>) -> Option<Call> {
+        let goal = pairs.into_iter().next()?;
+        parts(goal).next().map(|call| self.call(call))
+    }
+
+    fn item(&mut self, pair: Pair<'_, Rule>, items: &mut Vec<Item>) {
+        let span = self.span(&pair);
+        let item = match pair.as_rule() {
+            Rule::file | Rule::lone | Rule::fact_database | Rule::htn => {
+                for inner in parts(pair) {
+                    self.item(inner, items);
+                }
+                return;
+            }
+            Rule::entity_type => {
+                let mut p = parts(pair);
+                Item::EntityType(EntityType {
+                    name: self.name(p.want()),
+                    parent: p.next().map(|n| self.name(n)),
+                    span,
+                })
+            }
+            Rule::attributes => {
+                let mut p = parts(pair);
+                Item::Attributes(Attributes {
+                    owner: self.name(p.want()),
+                    attributes: p.map(|a| self.attribute(a)).collect(),
+                    span,
+                })
+            }
+            Rule::entity => {
+                // The word `=` is a part of its own; it carries nothing here.
+                let mut names = parts(pair).filter(|p| p.as_rule() == Rule::ident);
+                match (names.next(), names.next()) {
+                    (Some(name), Some(ty)) => Item::Entity(Entity {
+                        name: self.name(name),
+                        ty: self.name(ty),
+                        span,
+                    }),
+                    _ => unreachable!("builder: an entity has a name and a type"),
+                }
+            }
+            Rule::initial => Item::Initial(self.assignment(pair)),
+            Rule::action => {
+                let mut p = parts(pair);
+                Item::Action(Action {
+                    name: self.name(p.want()),
+                    params: self.params(p.want()),
+                    clauses: p.map(|c| self.clause(c)).collect(),
+                    span,
+                })
+            }
+            Rule::method => Item::Method(self.method(pair)),
+            Rule::function => {
+                let mut p = parts(pair);
+                Item::Function(Function {
+                    result: self.name(p.want()),
+                    name: self.name(p.want()),
+                    params: self.params(p.want()),
+                    body: p.next().map(|body| self.expr(parts(body).want())),
+                    span,
+                })
+            }
+            Rule::geometric => {
+                let mut p = parts(pair);
+                Item::Geometric(Geometric {
+                    name: self.name(p.want()),
+                    params: self.params(p.want()),
+                    span,
+                })
+            }
+            Rule::fact => {
+                let mut p = parts(pair);
+                Item::Fact(Fact {
+                    name: self.name(p.want()),
+                    params: self.params(p.want()),
+                    span,
+                })
+            }
+            Rule::time_part => Item::TimePart(span),
+            Rule::import => Item::Import(span),
+            other => unreachable!("builder: {other:?} is no item"),
+        };
+        items.push(item);
+    }
+
+    fn attribute(&mut self, pair: Pair<'_, Rule>) -> Attribute {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let is_static = p.want().as_rule() == Rule::kw_static;
+        let is_set = p.want().as_rule() == Rule::kw_set;
+        let base = self.name(p.want());
+        let name = self.name(p.want());
+        let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
+        Attribute {
+            is_static,
+            is_set,
+            base,
+            name,
+            fact,
+            span,
+        }
+    }
+
+    fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
+        let mut params = Vec::new();
+        for param in parts(pair) {
+            let span = self.span(&param);
+            let mut p = parts(param);
+            params.push(Param {
+                is_set: p.take_if(Rule::kw_set).is_some(),
+                ty: self.name(p.want()),
+                name: self.name(p.want()),
+                span,
+            });
+        }
+        params
+    }
+
+    fn clause(&mut self, pair: Pair<'_, Rule>) -> Clause {
+        let span = self.span(&pair);
+        let rule = pair.as_rule();
+        let mut p = parts(pair);
+        match rule {
+            Rule::preconditions => Clause::Preconditions(self.tests(p.want()), span),
+            Rule::projects => Clause::Projects(self.call(p.want()), span),
+            Rule::constraints => Clause::Constraints(span),
+            Rule::alternatives => Clause::Alternatives(self.expr(p.want()), span),
+            Rule::effects => Clause::Effects(self.effects(p.want()), span),
+            Rule::cost => Clause::Cost(self.expr(p.want()), span),
+            Rule::duration => Clause::Duration(self.expr(p.want()), span),
+            other => unreachable!("builder: {other:?} is no clause"),
+        }
+    }
+
+    fn method(&mut self, pair: Pair<'_, Rule>) -> Method {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let name = self.name(p.want());
+        let params = self.params(p.want());
+        let (mut goals, mut decompositions) = (Vec::new(), Vec::new());
+        for part in p {
+            let span = self.span(&part);
+            let is_goal = part.as_rule() == Rule::goal;
+            let mut inner = parts(part);
+            if is_goal {
+                goals.push((self.tests(inner.want()), span));
+                continue;
+            }
+            let (mut preconditions, mut steps) = (Vec::new(), Vec::new());
+            for block in inner {
+                if block.as_rule() == Rule::preconditions {
+                    preconditions.extend(self.tests(parts(block).want()));
+                } else {
+                    steps.extend(parts(block).map(|s| self.step(s)));
+                }
+            }
+            decompositions.push(Decomposition {
+                preconditions,
+                steps,
+                span,
+            });
+        }
+        Method {
+            name,
+            params,
+            goals,
+            decompositions,
+            span,
+        }
+    }
+
+    fn step(&mut self, pair: Pair<'_, Rule>) -> Step {
+        let span = self.span(&pair);
+        let rule = pair.as_rule();
+        let mut p = parts(pair);
+        match rule {
+            Rule::select => {
+                let name = self.name(p.want());
+                p.take_if(Rule::assign);
+                let kind = p.want();
+                let kind_span = self.span(&kind);
+                let kind = match kind.as_str() {
+                    "SELECTORDERED" => SelectKind::Ordered,
+                    "SELECTONCE" => SelectKind::Once,
+                    _ => SelectKind::Select,
+                };
+                let ty = self.name(p.want());
+                let filter = self.tests(p.want());
+                let key = p.next().map(|key| {
+                    let key = self.expr(key);
+                    (key, p.next().is_some_and(|d| d.as_str() == ">"))
+                });
+                Step::Select(Select {
+                    name,
+                    kind,
+                    kind_span,
+                    ty,
+                    filter,
+                    key,
+                    span,
+                })
+            }
+            Rule::let_binding => {
+                let name = self.name(p.want());
+                p.take_if(Rule::assign);
+                Step::Let(Let {
+                    name,
+                    value: self.expr(p.want()),
+                    span,
+                })
+            }
+            Rule::subtask => {
+                let label = p.take_if(Rule::label).map(|l| self.name(l));
+                let call = self.call(p.want());
+                let after = match p.next() {
+                    Some(order) => parts(order).map(|l| self.name(l)).collect(),
+                    None => Vec::new(),
+                };
+                Step::Subtask(Subtask {
+                    label,
+                    call,
+                    after,
+                    span,
+                })
+            }
+            other => unreachable!("builder: {other:?} is no step"),
+        }
+    }
+
+    fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
+        parts(block).map(|t| self.test(parts(t).want())).collect()
+    }
+
+    fn test(&mut self, pair: Pair<'_, Rule>) -> Test {
+        let span = self.span(&pair);
+        let rule = pair.as_rule();
+        let mut p = parts(pair);
+        let kind = match rule {
+            Rule::or_test => TestKind::Or(p.map(|b| self.tests(b)).collect()),
+            Rule::not_test => TestKind::Not(self.tests(p.want())),
+            Rule::forall_test | Rule::exist_test => {
+                let (ty, var) = (self.name(p.want()), self.name(p.want()));
+                let guard = self.tests(p.want());
+                let body = p.next().map_or_else(Vec::new, |b| self.tests(b));
+                if rule == Rule::forall_test {
+                    TestKind::Forall { ty, var, guard, body }
+                } else {
+                    TestKind::Exist { ty, var, guard, body }
+                }
+            }
+            Rule::comparison => {
+                let left = self.expr(p.want());
+                match p.next() {
+                    None => TestKind::Holds(left),
+                    Some(op) => TestKind::Compare {
+                        op: self.test_op(parts(op).want()),
+                        left,
+                        right: self.expr(p.want()),
+                    },
+                }
+            }
+            other => unreachable!("builder: {other:?} is no test"),
+        };
+        Test { kind, span }
+    }
+
+    fn test_op(&mut self, pair: Pair<'_, Rule>) -> TestOp {
+        match pair.as_rule() {
+            Rule::op_equal => TestOp::Equal,
+            Rule::op_not_equal => TestOp::NotEqual,
+            Rule::op_less => TestOp::Less,
+            Rule::op_less_equal => TestOp::LessEqual,
+            Rule::op_greater => TestOp::Greater,
+            Rule::op_greater_equal => TestOp::GreaterEqual,
+            Rule::op_member => TestOp::Member,
+            Rule::op_not_member => TestOp::NotMember,
+            Rule::compat_assign => {
+                let message = "`=` assigns, and this is a test";
+                let problem = Problem::error("hatp::assign-in-test", message, self.span(&pair), "this sets a value");
+                self.problems.push(problem.help("write `==` to compare"));
+                TestOp::Equal
+            }
+            other => unreachable!("builder: {other:?} is no comparison"),
+        }
+    }
+
+    fn effects(&mut self, block: Pair<'_, Rule>) -> Vec<Effect> {
+        parts(block).map(|e| self.effect(parts(e).want())).collect()
+    }
+
+    fn effect(&mut self, pair: Pair<'_, Rule>) -> Effect {
+        let span = self.span(&pair);
+        match pair.as_rule() {
+            Rule::assignment => Effect::Assign(self.assignment(pair)),
+            Rule::forall_effect => {
+                let mut p = parts(pair);
+                Effect::Forall {
+                    ty: self.name(p.want()),
+                    var: self.name(p.want()),
+                    guard: self.tests(p.want()),
+                    effects: self.effects(p.want()),
+                    span,
+                }
+            }
+            Rule::if_effect => {
+                let mut p = parts(pair);
+                Effect::If {
+                    test: self.tests(p.want()),
+                    then: self.effects(p.want()),
+                    otherwise: p.next().map_or_else(Vec::new, |b| self.effects(b)),
+                    span,
+                }
+            }
+            other => unreachable!("builder: {other:?} is no effect"),
+        }
+    }
+
+    fn assignment(&mut self, pair: Pair<'_, Rule>) -> Assignment {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let target = self.path(p.want());
+        let op = parts(p.want()).want();
+        let op_span = self.span(&op);
+        let op = match op.as_rule() {
+            Rule::op_add => AssignOp::Add,
+            Rule::op_remove => AssignOp::Remove,
+            Rule::compat_equal => {
+                let message = "`==` compares, and this sets a value";
+                let problem = Problem::error("hatp::compare-in-effect", message, op_span, "this compares");
+                self.problems.push(problem.help("write `=` to set the value"));
+                AssignOp::Set
+            }
+            _ => AssignOp::Set,
+        };
+        Assignment {
+            target,
+            op,
+            op_span,
+            value: self.expr(p.want()),
+            span,
+        }
+    }
+
+    fn path(&mut self, pair: Pair<'_, Rule>) -> Path {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let root = self.name(p.want());
+        let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
+        if steps.len() > MAX_STEPS {
+            let message = format!("a path has more than {MAX_STEPS} steps");
+            let problem = Problem::error("hatp::too-deep", message, span, "this path");
+            self.problems.push(problem.help("name a part of it with `let`"));
+            steps.truncate(MAX_STEPS);
+        }
+        Path { root, steps, span }
+    }
+
+    fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        Call {
+            name: self.name(p.want()),
+            args: p.map(|a| self.expr(a)).collect(),
+            span,
+        }
+    }
+
+    /// Reads `expr` or `term`: operands with operators between them, from left to right.
+    fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
+        let whole = self.span(&pair);
+        let is_expr = pair.as_rule() == Rule::expr;
+        let mut p = parts(pair);
+        let operand = |this: &mut Self, pair| if is_expr { this.expr(pair) } else { this.factor(pair) };
+        let mut left = operand(self, p.want());
+        let mut n_operators = 0;
+        while let Some(op) = p.next() {
+            n_operators += 1;
+            if n_operators > MAX_OPERATORS {
+                let message = format!("an expression has more than {MAX_OPERATORS} operators in a row");
+                let problem = Problem::error("hatp::too-deep", message, whole, "this expression");
+                self.problems.push(problem.help("name parts of it with functions"));
+                break;
+            }
+            let op = match op.as_rule() {
+                Rule::plus => ArithmeticOp::Add,
+                Rule::minus => ArithmeticOp::Subtract,
+                Rule::star => ArithmeticOp::Multiply,
+                _ => ArithmeticOp::Divide,
+            };
+            let right = operand(self, p.want());
+            let span = left.span.to(right.span);
+            left = Expr {
+                kind: ExprKind::Arithmetic {
+                    op,
+                    left: Box::new(left),
+                    right: Box::new(right),
+                },
+                span,
+            };
+        }
+        left
+    }
+
+    fn factor(&mut self, pair: Pair<'_, Rule>) -> Expr {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let negative = p.take_if(Rule::minus).is_some();
+        let primary = self.primary(p.want());
+        if !negative {
+            return primary;
+        }
+        Expr {
+            kind: ExprKind::Negate(Box::new(primary)),
+            span,
+        }
+    }
+
+    fn primary(&mut self, pair: Pair<'_, Rule>) -> Expr {
+        let span = self.span(&pair);
+        let kind = match pair.as_rule() {
+            Rule::number => {
+                let number = pair.as_str().parse::<f64>().ok().filter(|x| x.is_finite());
+                if number.is_none() {
+                    let message = format!("`{}` is too large for a number", pair.as_str());
+                    let problem = Problem::error("hatp::syntax", message, span, "beyond 1.7e308");
+                    self.problems.push(problem);
+                }
+                ExprKind::Number(number.unwrap_or(0.0))
+            }
+            Rule::string => ExprKind::String(unescaped(pair.as_str())),
+            Rule::boolean => ExprKind::Bool(pair.as_str() == "true"),
+            Rule::null => ExprKind::Null,
+            Rule::compat_null => {
+                let message = format!("no value is written `NULL`, not `{}`", pair.as_str());
+                let problem = Problem::error("hatp::null-spelling", message, span, "");
+                self.problems.push(problem.help("write `NULL`"));
+                ExprKind::Null
+            }
+            Rule::list => ExprKind::List(parts(pair).map(|e| self.expr(e)).collect()),
+            Rule::tuple => {
+                let mut p = parts(pair);
+                let first = self.expr(p.want());
+                match p.next() {
+                    None => return Expr { span, ..first },
+                    Some(second) => {
+                        let second = self.expr(second);
+                        ExprKind::Pair(Box::new(first), Box::new(second))
+                    }
+                }
+            }
+            Rule::call => ExprKind::Call(self.call(pair)),
+            Rule::path => ExprKind::Path(self.path(pair)),
+            other => unreachable!("builder: {other:?} is no value"),
+        };
+        Expr { kind, span }
+    }
+}
+
+/// Returns a string literal's text: without quotes, with its escapes replaced.
+fn unescaped(literal: &str) -> String {
+    let inner = literal.strip_prefix('"').and_then(|s| s.strip_suffix('"'));
+    let mut out = String::new();
+    let mut chars = inner.unwrap_or(literal).chars();
+    while let Some(c) = chars.next() {
+        match (c, c == '\\') {
+            (_, true) => match chars.next() {
+                Some('n') => out.push('\n'),
+                Some('t') => out.push('\t'),
+                Some(other) => out.push(other),
+                None => {}
+            },
+            (c, false) => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,475 @@
+//! Model files: what a URDF lacks about a robot or a human: arms, grippers, camera, postures, accelerations.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use indexmap::IndexMap;
+use std::collections::BTreeSet;
+
+use super::table::{self, Name, Table};
+use super::{Arm, Body, Camera, Gripper, may_touch, pose, problems, urdf};
+use crate::diag::{Problem, Problems};
+use crate::geom::Pose;
+use crate::geom::kinematics::{JointKind, Tree};
+use crate::source::{FileId, Files, Sources, Span};
+
+/// A robot or a human before it has a name and a place.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub tree: Tree,
+    pub bodies: Vec<Body>,
+    pub may_touch: BTreeSet<(usize, usize)>,
+    pub arms: Vec<Arm>,
+    pub camera: Option<Camera>,
+    pub postures: IndexMap<String, Vec<f64>>,
+}
+
+const KEYS: [&str; 7] = [
+    "urdf",
+    "acceleration",
+    "accelerations",
+    "arms",
+    "camera",
+    "postures",
+    "may_touch",
+];
+
+/// Joints without a value of their own get this acceleration limit [rad/s^2] or [m/s^2].
+/// HEURISTIC: a tenth of what the motors of a light arm give; a model file says better.
+const ACCELERATION: f64 = 1.0;
+
+/// Reads a model file and its URDF; `path` as `files` understands it.
+pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Model>, Problems) {
+    let mut problems = Problems::default();
+    let text = match files.read(path) {
+        Ok(text) => text,
+        Err(reason) => {
+            problems.push(Problem::unplaced(
+                "world::unreadable-file",
+                format!("can't read the model file `{path}`: {reason}"),
+            ));
+            return (None, problems);
+        }
+    };
+    let file = sources.add(path, text.clone());
+    let Some(toml) = table::parse(&text, file, &mut problems) else {
+        return (None, problems);
+    };
+    let root = Table::root(&toml, file, "the model file");
+    root.only(&KEYS, &mut problems);
+    let robot = root
+        .needed_text("urdf", "urdf = \"robot.urdf\"", &mut problems)
+        .and_then(|name| read_urdf(path, name, sources, files, &mut problems));
+    let model = robot.map(|robot| fill(&root, robot, file, &mut problems));
+    (model.filter(|_| !problems.has_errors()), problems)
+}
+
+fn read_urdf(
+    model_path: &str,
+    name: Name<'_>,
+    sources: &mut Sources,
+    files: &dyn Files,
+    problems: &mut Problems,
+) -> Option<urdf::Robot> {
+    let path = beside(model_path, name.text);
+    match files.read(&path) {
+        Ok(text) => {
+            let file = sources.add(path, text.clone());
+            let (robot, found) = urdf::read(&text, file);
+            problems.extend(found);
+            robot
+        }
+        Err(reason) => {
+            problems.push(
+                Problem::error(
+                    "world::unreadable-file",
+                    format!("can't read the URDF `{path}`: {reason}"),
+                    name.span,
+                    "",
+                )
+                .help("the path is relative to this file's folder"),
+            );
+            None
+        }
+    }
+}
+
+/// Returns `path` relative to the folder of `file`; an absolute path stays.
+pub fn beside(file: &str, path: &str) -> String {
+    if path.starts_with('/') {
+        return path.to_string();
+    }
+    match file.rfind('/') {
+        Some(slash) => format!("{}/{path}", &file[..slash]),
+        None => path.to_string(),
+    }
+}
+
+fn fill(root: &Table<'_>, robot: urdf::Robot, file: FileId, problems: &mut Problems) -> Model {
+    let urdf::Robot { mut tree, bodies } = robot;
+    accelerations(root, &mut tree, problems);
+    let arms = arms(root, &tree, problems);
+    let camera = root
+        .table("camera", "`[camera]`", problems)
+        .and_then(|t| camera(&t, &tree, problems));
+    let mut postures = IndexMap::new();
+    for (name, table) in root.named_tables("postures", "posture", problems) {
+        let mut q = neutral(&tree);
+        set_joints(&table, &tree, &mut q, problems);
+        postures.insert(name.text.to_string(), q);
+    }
+    let mut allowed = BTreeSet::new();
+    for pair in root.array("may_touch", problems).unwrap_or_default() {
+        let what = "an entry of `may_touch`";
+        let Some(names) = pair.array(file, what, problems) else {
+            continue;
+        };
+        let [a, b] = names.as_slice() else {
+            problems.push(problems::wrong_type(
+                what,
+                "an array of 2 links",
+                "another array",
+                pair.span,
+            ));
+            continue;
+        };
+        let link = |value: &table::Value<'_>, problems: &mut Problems| {
+            let name = value.text("a link of `may_touch`", problems)?;
+            find_link(&tree, name, "`may_touch`", problems)
+        };
+        if let (Some(a), Some(b)) = (link(a, problems), link(b, problems)) {
+            allowed.insert((a.min(b), a.max(b)));
+        }
+    }
+    let rest = postures.get("rest").cloned().unwrap_or_else(|| neutral(&tree));
+    let may_touch = may_touch::pairs(&tree, &bodies, &rest, &allowed);
+    Model {
+        tree,
+        bodies,
+        may_touch,
+        arms,
+        camera,
+        postures,
+    }
+}
+
+/// Returns the configuration with every joint at its limit or value nearest to zero.
+pub fn neutral(tree: &Tree) -> Vec<f64> {
+    tree.dofs.iter().map(|d| 0.0_f64.max(d.lower).min(d.upper)).collect()
+}
+
+/// Sets the joints that a table names (`joint = value`); complains about strangers and values beyond the limits.
+pub fn set_joints(table: &Table<'_>, tree: &Tree, q: &mut [f64], problems: &mut Problems) {
+    for (name, value) in table.entries() {
+        let what = format!("`{}` of {}", name.text, table.place);
+        let dof = find_dof(tree, name, &table.place, problems);
+        let number = value.number(&what, problems);
+        let (Some(dof), Some(number)) = (dof, number) else {
+            continue;
+        };
+        let limits = &tree.dofs[dof];
+        if number < limits.lower || number > limits.upper {
+            problems.push(
+                Problem::error(
+                    "world::joint-limit",
+                    format!(
+                        "{what} is {number}, outside its limits {} to {}",
+                        limits.lower, limits.upper
+                    ),
+                    value.span,
+                    "beyond a joint limit",
+                )
+                .help(degrees_help(number, limits.lower, limits.upper)),
+            );
+        } else if let Some(slot) = q.get_mut(dof) {
+            *slot = number;
+        }
+    }
+}
+
+fn degrees_help(value: f64, lower: f64, upper: f64) -> String {
+    let radians = value.to_radians();
+    if value.abs() > 7.0 && (lower..=upper).contains(&radians) {
+        return format!("angles are in radians: {value} degrees are {radians:.4}");
+    }
+    format!("the nearest value it can have is {}", value.clamp(lower, upper))
+}
+
+fn find_link(tree: &Tree, name: Name<'_>, place: &str, problems: &mut Problems) -> Option<usize> {
+    let found = tree.links.iter().position(|l| l == name.text);
+    if found.is_none() {
+        let known = tree.links.iter().map(String::as_str);
+        problems.push(problems::unknown_name(
+            "world::unknown-link",
+            "link",
+            name.text,
+            place,
+            known,
+            name.span,
+        ));
+    }
+    found
+}
+
+fn find_dof(tree: &Tree, name: Name<'_>, place: &str, problems: &mut Problems) -> Option<usize> {
+    let found = tree.dofs.iter().position(|d| d.name == name.text);
+    if found.is_some() {
+        return found;
+    }
+    if let Some(joint) = tree.joints.iter().find(|j| j.name == name.text) {
+        let leader = joint.drive.and_then(|d| tree.dofs.get(d.dof));
+        let help = match leader {
+            Some(leader) => format!("it follows `{}`: name that one", leader.name),
+            None => "a fixed joint has no value".to_string(),
+        };
+        problems.push(
+            Problem::error(
+                "world::unknown-joint",
+                format!("joint `{}` in {place} does not move on its own", name.text),
+                name.span,
+                "",
+            )
+            .help(help),
+        );
+        return None;
+    }
+    let known = tree.dofs.iter().map(|d| d.name.as_str());
+    problems.push(problems::unknown_name(
+        "world::unknown-joint",
+        "joint",
+        name.text,
+        place,
+        known,
+        name.span,
+    ));
+    None
+}
+
+fn accelerations(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
+    let positive = |what: &str, value: f64, span: Span, problems: &mut Problems| {
+        if value <= 0.0 {
+            let message = format!("{what} is {value}, which is no acceleration limit");
+            problems.push(problems::bad_value(message, span, "", "write a number above zero"));
+        }
+        value > 0.0
+    };
+    let mut default = ACCELERATION;
+    if let Some((value, span)) = root.number("acceleration", problems)
+        && positive("`acceleration`", value, span, problems)
+    {
+        default = value;
+    }
+    for dof in &mut tree.dofs {
+        dof.max_acceleration = default;
+    }
+    let Some(table) = root.table("accelerations", "`[accelerations]`", problems) else {
+        return;
+    };
+    for (name, value) in table.entries() {
+        let what = format!("the acceleration of `{}`", name.text);
+        let dof = find_dof(tree, name, &table.place, problems);
+        let number = value
+            .number(&what, problems)
+            .filter(|n| positive(&what, *n, value.span, problems));
+        if let (Some(dof), Some(number)) = (dof.and_then(|d| tree.dofs.get_mut(d)), number) {
+            dof.max_acceleration = number;
+        }
+    }
+}
+
+fn arms(root: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Vec<Arm> {
+    let tables = root.named_tables("arms", "arm", problems);
+    let mut arms = Vec::new();
+    let n = tables.len();
+    for (name, table) in &tables {
+        arms.extend(arm(name.text, table, tree, problems));
+    }
+    if n > 2
+        && let Some((name, _)) = tables.get(2)
+    {
+        problems.push(problems::bad_value(
+            format!("{n} arms, where at most two are supported"),
+            name.span,
+            "the third arm",
+            "keep two arms",
+        ));
+    }
+    arms
+}
+
+fn arm(name: &str, table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Arm> {
+    table.only(&["base_link", "tip_link", "tool", "gripper", "hand_links"], problems);
+    let base = table.needed_text("base_link", "base_link = \"torso\"", problems);
+    let tip = table.needed_text("tip_link", "tip_link = \"hand\"", problems);
+    let base_link = base.and_then(|n| find_link(tree, n, &table.place, problems));
+    let tip_link = tip.and_then(|n| find_link(tree, n, &table.place, problems));
+    let tool = table.table("tool", &format!("`tool` of {}", table.place), problems);
+    let X_LT = tool.map_or_else(Pose::identity, |t| {
+        t.only(&pose::KEYS, problems);
+        pose::read(&t, problems)
+    });
+    let gripper = table
+        .table("gripper", &format!("`gripper` of {}", table.place), problems)
+        .and_then(|t| gripper(&t, tree, problems));
+    let listed = table.array("hand_links", problems);
+    let (base_link, tip_link) = (base_link?, tip_link?);
+    let hand_links = match listed {
+        Some(names) => names
+            .iter()
+            .filter_map(|v| {
+                let name = v.text("an entry of `hand_links`", problems)?;
+                find_link(tree, name, &table.place, problems)
+            })
+            .collect(),
+        None => descendants(tree, tip_link),
+    };
+    let Some(dofs) = chain(tree, base_link, tip_link) else {
+        problems.push(
+            Problem::error(
+                "world::no-chain",
+                format!(
+                    "{} can't reach from `{}` to `{}`",
+                    table.place, tree.links[base_link], tree.links[tip_link]
+                ),
+                tip.map_or(table.span, |t| t.span),
+                "does not hang on the base link",
+            )
+            .help("`tip_link` must be a descendant of `base_link`, with a movable joint between them"),
+        );
+        return None;
+    };
+    Some(Arm {
+        name: name.to_string(),
+        base_link,
+        tip_link,
+        X_LT,
+        dofs,
+        gripper,
+        hand_links,
+    })
+}
+
+/// Returns the degrees of freedom from the base link to the tip link; `None` without a way or without any.
+fn chain(tree: &Tree, base: usize, tip: usize) -> Option<Vec<usize>> {
+    let mut dofs = Vec::new();
+    let mut link = tip;
+    while link != base {
+        let joint = tree.joints.get(link.checked_sub(1)?)?;
+        if joint.kind != JointKind::Fixed {
+            dofs.extend(joint.drive.map(|d| d.dof));
+        }
+        link = joint.parent;
+    }
+    dofs.reverse();
+    (!dofs.is_empty()).then_some(dofs)
+}
+
+/// Returns the link and all that hangs on it.
+fn descendants(tree: &Tree, link: usize) -> Vec<usize> {
+    let mut found = vec![link];
+    for (j, joint) in tree.joints.iter().enumerate() {
+        if found.contains(&joint.parent) {
+            found.push(j + 1);
+        }
+    }
+    found
+}
+
+fn gripper(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Gripper> {
+    table.only(&["joints", "gap_open", "gap_closed"], problems);
+    if !table.has("joints") {
+        problems.push(problems::missing_key(
+            "joints",
+            &table.place,
+            "joints = { finger_joint = { open = 0.04, closed = 0.0 } }",
+            table.span,
+        ));
+    }
+    let joints = table.table("joints", &format!("`joints` of {}", table.place), problems);
+    let gap_open = table.needed_number("gap_open", "gap_open = 0.08", problems);
+    let gap_closed = table.number("gap_closed", problems).map_or(0.0, |(g, _)| g);
+    let joints = joints?;
+    let (mut dofs, mut open, mut closed) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, value) in joints.entries() {
+        let place = format!("`{}` of {}", name.text, joints.place);
+        let dof = find_dof(tree, name, &joints.place, problems);
+        let Some(ends) = value.table(name.span, &place, problems) else {
+            continue;
+        };
+        ends.only(&["open", "closed"], problems);
+        let o = ends.needed_number("open", "open = 0.04", problems);
+        let c = ends.needed_number("closed", "closed = 0.0", problems);
+        if let (Some(dof), Some((o, o_span)), Some((c, c_span))) = (dof, o, c) {
+            for (value, span) in [(o, o_span), (c, c_span)] {
+                let limits = &tree.dofs[dof];
+                if value < limits.lower || value > limits.upper {
+                    problems.push(
+                        Problem::error(
+                            "world::joint-limit",
+                            format!(
+                                "{place} is {value}, outside its limits {} to {}",
+                                limits.lower, limits.upper
+                            ),
+                            span,
+                            "beyond a joint limit",
+                        )
+                        .help(degrees_help(value, limits.lower, limits.upper)),
+                    );
+                }
+            }
+            dofs.push(dof);
+            open.push(o);
+            closed.push(c);
+        }
+    }
+    let (gap_open, span) = gap_open?;
+    if gap_open <= gap_closed || gap_closed < 0.0 {
+        problems.push(problems::bad_value(
+            format!("{} opens to {gap_open} m and closes to {gap_closed} m", table.place),
+            span,
+            "",
+            "`gap_open` is the larger one; neither is negative",
+        ));
+        return None;
+    }
+    (!dofs.is_empty()).then_some(Gripper {
+        dofs,
+        open,
+        closed,
+        gap_open,
+        gap_closed,
+    })
+}
+
+fn camera(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Camera> {
+    table.only(
+        &["link", "xyz", "rpy", "yaw", "horizontal", "vertical", "range"],
+        problems,
+    );
+    let link = table
+        .needed_text("link", "link = \"head\"", problems)
+        .and_then(|n| find_link(tree, n, &table.place, problems));
+    let X_LC = pose::read(table, problems);
+    let mut positive = |key: &str, example: &str, most: f64| {
+        let (value, span) = table.needed_number(key, example, problems)?;
+        if value <= 0.0 || value >= most {
+            problems.push(problems::bad_value(
+                format!("`{key}` of {} is {value}", table.place),
+                span,
+                "",
+                format!("write a number between 0 and {most:.4}"),
+            ));
+            return None;
+        }
+        Some(value)
+    };
+    let pi = std::f64::consts::PI;
+    let horizontal = positive("horizontal", "horizontal = 1.57", pi);
+    let vertical = positive("vertical", "vertical = 1.2", pi);
+    let range = positive("range", "range = 5.0", pose::FARTHEST);
+    Some(Camera {
+        link: link?,
+        X_LC,
+        horizontal: horizontal?,
+        vertical: vertical?,
+        range: range?,
+    })
+}

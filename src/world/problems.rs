@@ -1,0 +1,83 @@
+//! The wording of what can be wrong with a world, a model or a URDF: problems that several files of this room raise.
+//!
+//! A problem that one place alone raises is worded there.
+
+use crate::diag::{Problem, suggest};
+use crate::source::Span;
+
+/// Returns "did you mean ..", or else the list of what there is.
+pub fn did_you_mean<'a>(
+    name: &str,
+    kind: &str,
+    candidates: impl IntoIterator<Item = &'a str> + Clone,
+) -> Option<String> {
+    if let Some(near) = suggest::did_you_mean(name, candidates.clone()) {
+        return Some(near);
+    }
+    let all: Vec<&str> = candidates.into_iter().collect();
+    match all.len() {
+        0 => None,
+        1..=16 => Some(format!("{kind}: `{}`", all.join("`, `"))),
+        n => Some(format!("{kind}: `{}`, and {} more", all[..12].join("`, `"), n - 12)),
+    }
+}
+
+/// A key that the format does not have.
+pub fn unknown_key(key: &str, place: &str, known: &[&str], span: Span) -> Problem {
+    Problem::error(
+        "world::unknown-key",
+        format!("unknown key `{key}` in {place}"),
+        span,
+        "not a key of this table",
+    )
+    .maybe_help(did_you_mean(key, "the keys here are", known.iter().copied()))
+}
+
+/// A key that must be there.
+pub fn missing_key(key: &str, place: &str, example: &str, span: Span) -> Problem {
+    Problem::error(
+        "world::missing-key",
+        format!("{place} lacks `{key}`"),
+        span,
+        format!("no `{key}` here"),
+    )
+    .help(format!("add `{example}`"))
+}
+
+/// A value of another type than the key wants.
+pub fn wrong_type(what: &str, wanted: &str, found: &str, span: Span) -> Problem {
+    Problem::error(
+        "world::wrong-type",
+        format!("{what} must be {wanted}, not {found}"),
+        span,
+        format!("{found} here"),
+    )
+}
+
+/// A value of the right type that can't be right.
+pub fn bad_value(message: impl Into<String>, span: Span, label: impl Into<String>, help: impl Into<String>) -> Problem {
+    Problem::error("world::bad-value", message, span, label).help(help)
+}
+
+/// A length that nobody means.
+pub fn bad_size(message: impl Into<String>, span: Span, help: impl Into<String>) -> Problem {
+    Problem::error("world::bad-size", message, span, "this length [m]").help(help)
+}
+
+/// A name that nothing bears.
+pub fn unknown_name<'a>(
+    code: &'static str,
+    kind: &str,
+    name: &str,
+    place: &str,
+    candidates: impl IntoIterator<Item = &'a str> + Clone,
+    span: Span,
+) -> Problem {
+    Problem::error(
+        code,
+        format!("unknown {kind} `{name}` in {place}"),
+        span,
+        "no such name",
+    )
+    .maybe_help(did_you_mean(name, "there are", candidates))
+}
