@@ -27,7 +27,7 @@ pub use fault::{Fault, Kind, Place};
 use std::fmt;
 
 use crate::ir;
-use crate::plan::{Node, Plan, VERSION};
+use crate::plan::{Plan, VERSION};
 use crate::world::World;
 use decomposition::Replayed;
 use fault::Checked;
@@ -200,7 +200,6 @@ fn document(plan: &Plan, domain: &ir::Domain, goal: &ir::Goal) -> Checked<Vec<ir
         })();
         actions.push(goal.map_err(|f: Fault| f.in_action(position, &text))?);
     }
-    indices(&plan.decomposition, plan.actions.len())?;
     Ok(actions)
 }
 
@@ -259,22 +258,6 @@ fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[St
             found: format!("[{}]", found.join(", ")),
         }
         .into());
-    }
-    Ok(())
-}
-
-/// Checks that the leaves' indices exist.
-fn indices(root: &Node, n_actions: usize) -> Checked<()> {
-    let mut stack = vec![root];
-    while let Some(node) = stack.pop() {
-        if let Some(index) = node.action.filter(|i| *i >= n_actions) {
-            return Err(Kind::Leaves {
-                expected: n_actions.saturating_sub(1),
-                found: format!("action {index}"),
-            }
-            .into());
-        }
-        stack.extend(&node.children);
     }
     Ok(())
 }

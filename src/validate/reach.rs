@@ -389,3 +389,114 @@ fn halton(index: usize, base: usize) -> f64 {
     }
     x
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::kinematics::{Dof, Drive, Joint};
+
+    /// Seven revolute joints about z, y, x in turn, with limits, as arms have them; the last two share a point.
+    fn arm() -> (Tree, Arm) {
+        let mut tree = Tree {
+            links: vec!["base".to_owned()],
+            ..Tree::default()
+        };
+        let axes = [
+            Vec3::z(),
+            Vec3::y(),
+            Vec3::x(),
+            Vec3::y(),
+            Vec3::x(),
+            Vec3::y(),
+            Vec3::x(),
+        ];
+        let lengths = [0.1, 0.1, 0.0, 0.4, 0.0, 0.32, 0.0];
+        for (i, (axis, length)) in axes.into_iter().zip(lengths).enumerate() {
+            tree.links.push(format!("link{i}"));
+            tree.joints.push(Joint {
+                name: format!("joint{i}"),
+                kind: JointKind::Revolute,
+                parent: i,
+                X_PJ: Pose::translation(length, 0.0, 0.02),
+                axis,
+                drive: Some(Drive {
+                    dof: i,
+                    scale: 1.0,
+                    offset: 0.0,
+                }),
+            });
+            tree.dofs.push(Dof {
+                name: format!("joint{i}"),
+                lower: -1.8 - 0.1 * i as f64,
+                upper: 2.0,
+                max_velocity: 1.0,
+                max_acceleration: 1.0,
+            });
+        }
+        let arm = Arm {
+            name: "right".to_owned(),
+            base_link: 0,
+            tip_link: 7,
+            X_LT: Pose::translation(0.15, 0.0, 0.0),
+            dofs: (0..7).collect(),
+            gripper: None,
+            hand_links: vec![7],
+        };
+        (tree, arm)
+    }
+
+    fn chain<'a>(tree: &'a Tree, arm: &'a Arm, X_WB: &Pose) -> Chain<'a> {
+        let X_WL = tree.link_poses(X_WB, &[0.0; 7]);
+        Chain::new(tree, arm, &X_WL).expect("the tip hangs on the base")
+    }
+
+    #[test]
+    fn forward_kinematics_agree_with_those_of_the_tree() {
+        let (tree, arm) = arm();
+        let X_WB = crate::geom::pose_xyz_rpy([1.0, 2.0, 0.5], [0.1, -0.2, 0.7]);
+        let chain = chain(&tree, &arm, &X_WB);
+        for i in 2..60 {
+            let q = chain.seed(&[0.0; 7], i);
+            let expected = tree.link_poses(&X_WB, &q)[7] * arm.X_LT;
+            let (X_WT, columns) = chain.forward(&q);
+            assert!((expected.to_matrix() - X_WT.to_matrix()).amax() < 1e-12);
+            for (dof, column) in columns {
+                let mut moved = q.clone();
+                moved[dof] += 1e-6;
+                let (X_WM, _) = chain.forward(&moved);
+                let v = (X_WM.translation.vector - X_WT.translation.vector) / 1e-6;
+                let w = (X_WM.rotation * X_WT.rotation.inverse()).scaled_axis() / 1e-6;
+                let difference = column - Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z);
+                assert!(difference.norm() < 1e-5, "dof {dof}: off by {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_arm_reaches_is_found() {
+        let (tree, arm) = arm();
+        let chain = chain(&tree, &arm, &Pose::identity());
+        let mut most = 0;
+        for i in 0..60 {
+            let (X_WT, _) = chain.forward(&chain.seed(&[0.0; 7], 1000 + 7 * i));
+            let target = Target::Pose(X_WT);
+            assert!(chain.could_reach(&target));
+            let found = (0..100).find_map(|r| {
+                let q = chain.descend(chain.seed(&[0.0; 7], r), &target)?;
+                let inside = tree.dofs.iter().zip(&q).all(|(d, q)| d.lower <= *q && *q <= d.upper);
+                assert!(inside, "outside of the limits");
+                Some(r)
+            });
+            most = most.max(found.expect("a pose that the arm has is found within 100 restarts"));
+        }
+        assert!(most < 50, "{most} restarts needed: the budget of 100 is too near");
+    }
+
+    #[test]
+    fn what_is_too_far_is_said_to_be() {
+        let (tree, arm) = arm();
+        let chain = chain(&tree, &arm, &Pose::identity());
+        assert!(!chain.could_reach(&Target::Point(Vec3::new(1.4, 0.0, 0.0))));
+        assert!(chain.could_reach(&Target::Point(Vec3::new(1.0, 0.0, 0.0))));
+    }
+}

@@ -168,9 +168,6 @@ impl Context<'_> {
         apply(domain, &mut values, &operator.effects, frame, view.geometric);
         let read = if action.geometry.is_some() {
             shared.read(state, before, &mut values, &action.changes, verdict)?;
-            if let Some(object) = handling::in_the_air(&self.bodies, state, self.start) {
-                return Err(Kind::InTheAir { object }.into());
-            }
             Some(shared.snapshot(&values))
         } else {
             None
@@ -335,6 +332,9 @@ impl Context<'_> {
         }
         self.moves(name, geometry, hand, object, progress)?;
         let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+        if let Some(object) = handling::in_the_air(&self.bodies, &progress.state, self.start) {
+            return Err(Fault::from(Kind::InTheAir { object }).at_time(end));
+        }
         if name == "placeReachable" {
             let Some(EntityRef::Agent(other)) = self.entity(args.get(3)) else {
                 return Err(unknown("agent", &shown[3]).into());
