@@ -35,7 +35,9 @@ pub fn load(
     let broken = syntax_problems.has_errors();
     problems.extend(syntax_problems);
     // Names that only a broken world or a broken line would have declared are not worth an error each.
-    let Some(world) = world.filter(|_| !broken) else { return (None, problems) };
+    let Some(world) = world.filter(|_| !broken) else {
+        return (None, problems);
+    };
     let (domain, check_problems) = check::compile(&[ast], &given(&world));
     problems.extend(check_problems);
     let Some(domain) = domain else { return (None, problems) };
@@ -81,7 +83,12 @@ fn given(world: &World) -> Given {
     let entities = agents
         .chain(objects)
         .zip(&world.spans)
-        .map(|((name, ty, is_agent), span)| GivenEntity { name: name.clone(), ty: ty.clone(), is_agent, span: *span })
+        .map(|((name, ty, is_agent), span)| GivenEntity {
+            name: name.clone(),
+            ty: ty.clone(),
+            is_agent,
+            span: *span,
+        })
         .collect();
     let literal = |l: &Literal| match l {
         Literal::Bool(b) => GivenLiteral::Bool(*b),
@@ -99,13 +106,20 @@ fn given(world: &World) -> Given {
             span: v.span,
         })
         .collect();
-    Given { entities, shared: world.shared.clone(), values }
+    Given {
+        entities,
+        shared: world.shared.clone(),
+        values,
+    }
 }
 
 fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Problem> {
     match files.read(path) {
         Ok(text) => Ok(sources.add(path, text)),
-        Err(why) => Err(Problem::unplaced("hatp::unreadable", format!("can't read `{path}`: {why}"))),
+        Err(why) => Err(Problem::unplaced(
+            "hatp::unreadable",
+            format!("can't read `{path}`: {why}"),
+        )),
     }
 }
 

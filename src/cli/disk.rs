@@ -23,7 +23,8 @@ impl Files for Disk {
         if bytes.len() as u64 > LARGEST {
             return Err(format!("it is larger than {} MB", LARGEST >> 20));
         }
-        String::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
+        String::from_utf8(bytes)
+            .map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
     }
 }
 

@@ -33,13 +33,21 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let mut sources = Sources::default();
     let (world, problems) = world::load(&options.world.to_string_lossy(), &mut sources, &Disk);
     let world = report(problems, &sources, world)?;
-    let settings = Settings { placements: 0, ik_restarts: 0, motion_samples: 0 };
+    let settings = Settings {
+        placements: 0,
+        ik_restarts: 0,
+        motion_samples: 0,
+    };
     let stop = Arc::new(AtomicBool::new(false));
     let mut grp = Grp::new(&world, settings, options.seed, stop).map_err(|why| {
         say(&format!("{why}\n"));
         Failure::Code(code::PROBLEMS)
     })?;
-    let facts: Vec<_> = grp.all_facts().into_iter().filter(|(.., holds)| *holds || options.all).collect();
+    let facts: Vec<_> = grp
+        .all_facts()
+        .into_iter()
+        .filter(|(.., holds)| *holds || options.all)
+        .collect();
     if options.json {
         let rows: Vec<serde_json::Value> = facts
             .iter()

@@ -113,7 +113,11 @@ impl Inputs {
 fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<T, Failure> {
     let problems = problems.sorted();
     if !problems.0.is_empty() {
-        say(&sgap::diag::render::render(&problems, sources, output::stderr_has_colors()));
+        say(&sgap::diag::render::render(
+            &problems,
+            sources,
+            output::stderr_has_colors(),
+        ));
     }
     value.ok_or(Failure::Code(code::PROBLEMS))
 }

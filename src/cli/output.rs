@@ -31,7 +31,10 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a file beside its place and renames it: no half-written file is ever seen.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let write = || -> std::io::Result<()> {
         let mut file = tempfile::Builder::new().prefix(".sgap-").tempfile_in(folder)?;
         file.write_all(text.as_bytes())?;

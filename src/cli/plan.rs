@@ -59,7 +59,9 @@ pub(super) struct SearchOptions {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number of seconds"))?;
+    let seconds: f64 = text
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number of seconds"))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is not a number of seconds > 0"))
 }
 
@@ -98,7 +100,10 @@ pub(super) fn search(
     let settings = engine::Settings {
         branching: options.branching,
         best: options.best,
-        budget: Budget { expansions: options.max_expansions, depth: options.max_depth },
+        budget: Budget {
+            expansions: options.max_expansions,
+            depth: options.max_depth,
+        },
     };
     let geometry = grp::Settings {
         placements: options.placements,
@@ -123,7 +128,9 @@ pub(super) fn search(
             if options.best {
                 say(&format!("{}\n", how_good(outcome.ending)));
             }
-            Ok(engine::document(&found, domain, goal, options.seed, &|gas| grp.geometry(gas)))
+            Ok(engine::document(&found, domain, goal, options.seed, &|gas| {
+                grp.geometry(gas)
+            }))
         }
         None => {
             say(&text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not));

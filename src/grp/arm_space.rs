@@ -72,7 +72,12 @@ impl<'a> ArmSpace<'a> {
         let (body, ready) = (&scene.agents[agent], &prepared.agents[agent]);
         let moved = &ready.arms[arm].moved;
         let held: Vec<usize> = (0..state.objects.len())
-            .filter(|o| state.objects[*o].held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm))
+            .filter(|o| {
+                state.objects[*o]
+                    .held
+                    .as_ref()
+                    .is_some_and(|h| h.agent == agent && h.arm == arm)
+            })
             .collect();
         let X_WL_all = link_poses(scene, state);
         let is_moving = |owner: Owner| match owner {
@@ -95,7 +100,9 @@ impl<'a> ArmSpace<'a> {
             });
         }
         for object in &held {
-            let Some(held) = &state.objects[*object].held else { continue };
+            let Some(held) = &state.objects[*object].held else {
+                continue;
+            };
             let X_LO = body.arms[arm].X_LT * held.X_TO;
             for part in &prepared.objects[*object] {
                 let margin = clearance == Clearance::Margin;
@@ -171,7 +178,12 @@ impl<'a> ArmSpace<'a> {
 
     /// Returns the arm's configuration in the state that the space was made for.
     pub(super) fn start(&self) -> Vec<f64> {
-        self.prepared.agents[self.agent].arms[self.arm].chain.dof_indices().iter().map(|d| self.q[*d]).collect()
+        self.prepared.agents[self.agent].arms[self.arm]
+            .chain
+            .dof_indices()
+            .iter()
+            .map(|d| self.q[*d])
+            .collect()
     }
 
     /// Sets other joints of the agent (fingers).
@@ -188,7 +200,9 @@ impl<'a> ArmSpace<'a> {
         for (dof, value) in arm.chain.dof_indices().iter().zip(q) {
             self.q[*dof] = *value;
         }
-        self.scene.agents[self.agent].tree.update_links(&arm.moved, &self.q, &mut self.X_WL);
+        self.scene.agents[self.agent]
+            .tree
+            .update_links(&arm.moved, &self.q, &mut self.X_WL);
         self.hit = self.first_hit();
         self.hit.is_none()
     }

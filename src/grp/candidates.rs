@@ -53,14 +53,21 @@ pub(super) fn arms_and_grasps(
     let X_WO = &state.objects[object].X_WO;
     let mut all: Vec<(f64, f64, Candidate)> = Vec::new();
     for (arm, description) in body.arms.iter().enumerate() {
-        let full = state.objects.iter().any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
+        let full = state
+            .objects
+            .iter()
+            .any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
         let Some(gripper) = &description.gripper else { continue };
         if full {
             continue;
         }
         let p_WShoulder = X_WL[prepared.agents[agent].arms[arm].shoulder_link].translation.vector;
         let away = X_WO.translation.vector - p_WShoulder;
-        for grasp in scene.objects[object].grasps.iter().filter(|g| g.width < gripper.gap_open) {
+        for grasp in scene.objects[object]
+            .grasps
+            .iter()
+            .filter(|g| g.width < gripper.gap_open)
+        {
             let approach = X_WO.rotation * grasp.X_OT.rotation * Vec3::x();
             let promise = approach.dot(&-Vec3::z()) + 0.5 * approach.dot(&away.normalize());
             let candidate = Candidate {
@@ -104,8 +111,11 @@ pub(super) fn placements(
         let yaw = (unit(5, 2) * 2.0 - 1.0) * std::f64::consts::PI;
         let (sin, cos) = nalgebra::ComplexField::sin_cos(yaw);
         let (face, orientation) = (&supports[support], &thing.stable[stable]);
-        let turned: Vec<[f64; 2]> =
-            orientation.footprint.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect();
+        let turned: Vec<[f64; 2]> = orientation
+            .footprint
+            .iter()
+            .map(|[x, y]| [cos * x - sin * y, sin * x + cos * y])
+            .collect();
         let range = |axis: usize| {
             let low = turned.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
             let high = turned.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
@@ -118,7 +128,18 @@ pub(super) fn placements(
         let (x, y) = (x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0));
         let X_WF = state.objects[on].X_WO * face.X_OF;
         let X_WO = placed_pose(&X_WF, &orientation.X_QO, x, y, yaw);
-        all.push(Candidate { placement: Some(Placement { on, support, stable, x, y, yaw, X_WO }), ..held.clone() });
+        all.push(Candidate {
+            placement: Some(Placement {
+                on,
+                support,
+                stable,
+                x,
+                y,
+                yaw,
+                X_WO,
+            }),
+            ..held.clone()
+        });
     }
     all
 }

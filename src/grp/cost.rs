@@ -39,7 +39,10 @@ pub(super) fn parts(scene: &Scene, prepared: &Prepared, solution: &Solution, age
             .filter_map(|(stage, _)| nearest_human(scene, prepared, &stage.end, agent))
             .fold(f64::INFINITY, f64::min);
         if nearest.is_finite() {
-            parts.insert("proximity".to_owned(), PROXIMITY_WEIGHT * COMFORTABLE / nearest.max(NEAREST));
+            parts.insert(
+                "proximity".to_owned(),
+                PROXIMITY_WEIGHT * COMFORTABLE / nearest.max(NEAREST),
+            );
         }
     }
     parts
@@ -49,8 +52,18 @@ pub(super) fn parts(scene: &Scene, prepared: &Prepared, solution: &Solution, age
 fn nearest_human(scene: &Scene, prepared: &Prepared, state: &State, agent: usize) -> Option<f64> {
     let X_WL = link_poses(scene, state);
     let is_human = |a: usize| a != agent && scene.agents[a].kind == AgentKind::Human;
-    let own = place_all(prepared, state, &X_WL, &|o| !matches!(o, Owner::Link { agent: a, .. } if a == agent));
-    let humans = place_all(prepared, state, &X_WL, &|o| !matches!(o, Owner::Link { agent: a, .. } if is_human(a)));
+    let own = place_all(
+        prepared,
+        state,
+        &X_WL,
+        &|o| !matches!(o, Owner::Link { agent: a, .. } if a == agent),
+    );
+    let humans = place_all(
+        prepared,
+        state,
+        &X_WL,
+        &|o| !matches!(o, Owner::Link { agent: a, .. } if is_human(a)),
+    );
     let mut least: Option<f64> = None;
     for a in &own {
         for b in &humans {

@@ -112,7 +112,13 @@ const fn sub(
     until: Until,
     change: Option<Change>,
 ) -> SubAction {
-    SubAction { name, when, space, until, change }
+    SubAction {
+        name,
+        when,
+        space,
+        until,
+        change,
+    }
 }
 
 /// Formula 3.3. `open` is not in it: the thesis's pre-condition EEOpen is brought about instead of refused; it is skipped
@@ -127,16 +133,34 @@ const PICK: Description = Description {
         sub("approach", &[Condition::HandFree], Space::Arm, Until::BeforeGrasp, None),
         sub("engage", &[], Space::ArmStraight, Until::AtGrasp, None),
         sub("grasp", &[], Space::Gripper, Until::GripperClosed, Some(Change::Attach)),
-        sub("disengage", &[Condition::HandFull], Space::ArmStraight, Until::Lifted, None),
+        sub(
+            "disengage",
+            &[Condition::HandFull],
+            Space::ArmStraight,
+            Until::Lifted,
+            None,
+        ),
     ],
 };
 
 /// The sub-actions of formulas 3.4 and 3.8.
 const PUT_DOWN: &[SubAction] = &[
-    sub("approach", &[Condition::HandFull], Space::Arm, Until::AbovePlacement, None),
+    sub(
+        "approach",
+        &[Condition::HandFull],
+        Space::Arm,
+        Until::AbovePlacement,
+        None,
+    ),
     sub("place", &[], Space::ArmStraight, Until::AtPlacement, None),
     sub("release", &[], Space::Gripper, Until::GripperOpen, Some(Change::Detach)),
-    sub("retract", &[Condition::HandFree], Space::ArmStraight, Until::AwayFromObject, None),
+    sub(
+        "retract",
+        &[Condition::HandFree],
+        Space::ArmStraight,
+        Until::AwayFromObject,
+        None,
+    ),
 ];
 
 /// Formula 3.4.

@@ -31,8 +31,12 @@ const VISIBLE_SHARE: f64 = 0.3;
 const TOUCH: f64 = 0.005;
 
 /// Budget of one inverse kinematics call of isReachable.
-const REACH_IK: ik::Settings =
-    ik::Settings { max_iterations: 60, restarts: 30, position_tolerance: 1e-4, rotation_tolerance: 1e-3 };
+const REACH_IK: ik::Settings = ik::Settings {
+    max_iterations: 60,
+    restarts: 30,
+    position_tolerance: 1e-4,
+    rotation_tolerance: 1e-3,
+};
 
 /// Says whether `a` stands on a support face of `b`: a stable orientation, its bottom inside the face and touching it.
 /// A held object stands on nothing.
@@ -80,12 +84,18 @@ pub(super) fn is_reachable(
         return false;
     }
     // The same tries in every world state: the fact changes only where something in the way has moved.
-    let stream = Key::new(seed).text("isReachable").number(object as u64).number(agent as u64);
+    let stream = Key::new(seed)
+        .text("isReachable")
+        .number(object as u64)
+        .number(agent as u64);
     let rng = &mut ChaCha8Rng::seed_from_u64(stream.0);
     let body = &scene.agents[agent];
     (0..body.arms.len()).any(|arm| {
         // A full hand cannot take another object.
-        let full = state.objects.iter().any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
+        let full = state
+            .objects
+            .iter()
+            .any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
         !full
             && match body.arms[arm].gripper {
                 Some(_) => gripper_reaches(scene, prepared, state, object, agent, arm, rng),
@@ -103,8 +113,12 @@ fn gripper_reaches(
     arm: usize,
     rng: &mut ChaCha8Rng,
 ) -> bool {
-    let Some(gripper) = &scene.agents[agent].arms[arm].gripper else { return false };
-    let X_WL = scene.agents[agent].tree.link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
+    let Some(gripper) = &scene.agents[agent].arms[arm].gripper else {
+        return false;
+    };
+    let X_WL = scene.agents[agent]
+        .tree
+        .link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
     let ready = &prepared.agents[agent].arms[arm];
     let p_WShoulder = X_WL[ready.shoulder_link].translation.vector;
     let X_KW = X_WL[scene.agents[agent].arms[arm].base_link].inverse();
@@ -114,13 +128,24 @@ fn gripper_reaches(
     }
     let mut space = ArmSpace::new(scene, prepared, &open, agent, arm, Some(object), Clearance::Contact);
     let seed = space.start();
-    scene.objects[object].grasps.iter().filter(|g| g.width < gripper.gap_open).any(|grasp| {
-        let X_WT = state.objects[object].X_WO * grasp.X_OT;
-        (X_WT.translation.vector - p_WShoulder).norm() <= ready.reach
-            && space.hand_is_free(&X_WT)
-            && ik::solve(&ready.chain, &ik::Target::Pose(X_KW * X_WT), &seed, &REACH_IK, rng, &mut |q| space.check(q))
+    scene.objects[object]
+        .grasps
+        .iter()
+        .filter(|g| g.width < gripper.gap_open)
+        .any(|grasp| {
+            let X_WT = state.objects[object].X_WO * grasp.X_OT;
+            (X_WT.translation.vector - p_WShoulder).norm() <= ready.reach
+                && space.hand_is_free(&X_WT)
+                && ik::solve(
+                    &ready.chain,
+                    &ik::Target::Pose(X_KW * X_WT),
+                    &seed,
+                    &REACH_IK,
+                    rng,
+                    &mut |q| space.check(q),
+                )
                 .is_ok()
-    })
+        })
 }
 
 fn hand_reaches(
@@ -132,7 +157,9 @@ fn hand_reaches(
     arm: usize,
     rng: &mut ChaCha8Rng,
 ) -> bool {
-    let X_WL = scene.agents[agent].tree.link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
+    let X_WL = scene.agents[agent]
+        .tree
+        .link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
     let ready = &prepared.agents[agent].arms[arm];
     let p_WShoulder = X_WL[ready.shoulder_link].translation.vector;
     let X_WO = &state.objects[object].X_WO;
@@ -152,16 +179,29 @@ fn hand_reaches(
     }
     let X_KW = X_WL[scene.agents[agent].arms[arm].base_link].inverse();
     let p_KT = X_KW * nalgebra::Point3::from(p_WShoulder + direction * entry);
-    let settings = ik::Settings { position_tolerance: TOUCH, ..REACH_IK };
+    let settings = ik::Settings {
+        position_tolerance: TOUCH,
+        ..REACH_IK
+    };
     let mut space = ArmSpace::new(scene, prepared, state, agent, arm, Some(object), Clearance::Contact);
     let seed = space.start();
-    ik::solve(&ready.chain, &ik::Target::Point(p_KT.coords), &seed, &settings, rng, &mut |q| space.check(q)).is_ok()
+    ik::solve(
+        &ready.chain,
+        &ik::Target::Point(p_KT.coords),
+        &seed,
+        &settings,
+        rng,
+        &mut |q| space.check(q),
+    )
+    .is_ok()
 }
 
 /// Says whether enough of the object's surface lies in the agent's field of view and is not hidden by something else.
 /// The object does not hide itself, and the head does not hide what its eyes see.
 pub(super) fn is_visible(scene: &Scene, prepared: &Prepared, state: &State, object: usize, agent: usize) -> bool {
-    let Some(camera) = &scene.agents[agent].camera else { return false };
+    let Some(camera) = &scene.agents[agent].camera else {
+        return false;
+    };
     let X_WL = link_poses(scene, state);
     let X_WC = X_WL[agent][camera.link] * camera.X_LC;
     let X_CW = X_WC.inverse();
@@ -235,7 +275,11 @@ fn surface_points(object: &Object) -> Vec<(Vec3, f64)> {
                 }
                 // The ends: a disc each, or half a ball each.
                 let is_capsule = matches!(part.shape, Shape::Capsule { .. });
-                let (top, area) = if is_capsule { (half_length + radius, TAU) } else { (*half_length, PI) };
+                let (top, area) = if is_capsule {
+                    (half_length + radius, TAU)
+                } else {
+                    (*half_length, PI)
+                };
                 add(Vec3::new(0.0, 0.0, top), area * radius * radius);
                 add(Vec3::new(0.0, 0.0, -top), area * radius * radius);
             }

@@ -33,7 +33,9 @@ impl Key {
 
     fn pose(self, pose: &Pose) -> Key {
         let (t, r) = (pose.translation.vector, pose.rotation.coords);
-        [t.x, t.y, t.z, r.x, r.y, r.z, r.w].iter().fold(self, |k, x| k.number(x.to_bits()))
+        [t.x, t.y, t.z, r.x, r.y, r.z, r.w]
+            .iter()
+            .fold(self, |k, x| k.number(x.to_bits()))
     }
 
     /// Adds everything that a world state is made of, to the last bit.

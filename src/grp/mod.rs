@@ -35,10 +35,22 @@ use solve::{Arguments, Room, Search, Solution};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fact {
     /// Object on object.
-    IsOn { a: usize, b: usize },
-    HasInHand { agent: usize, object: usize },
-    IsReachable { object: usize, agent: usize },
-    IsVisible { object: usize, agent: usize },
+    IsOn {
+        a: usize,
+        b: usize,
+    },
+    HasInHand {
+        agent: usize,
+        object: usize,
+    },
+    IsReachable {
+        object: usize,
+        agent: usize,
+    },
+    IsVisible {
+        object: usize,
+        agent: usize,
+    },
 }
 
 /// A solved geometric action.
@@ -143,7 +155,9 @@ impl<'a> Grp<'a> {
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
     pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
         let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
-        let entities: Vec<EntityRef> = agents.chain((0..self.scene.objects.len()).map(EntityRef::Object)).collect();
+        let entities: Vec<EntityRef> = agents
+            .chain((0..self.scene.objects.len()).map(EntityRef::Object))
+            .collect();
         let mut all = Vec::new();
         for name in FACTS {
             for first in &entities {
@@ -173,17 +187,16 @@ impl<'a> Grp<'a> {
     }
 
     fn scene_entity(&self, domain: &Domain, value: &Value) -> Result<EntityRef, String> {
-        let Value::Entity(e) = value else { return Err(format!("{} is not an entity", domain.show(value))) };
+        let Value::Entity(e) = value else {
+            return Err(format!("{} is not an entity", domain.show(value)));
+        };
         let name = &domain.entities[e.index()].name;
-        self.scene.find(name).ok_or_else(|| format!("{name} is not in the world file"))
+        self.scene
+            .find(name)
+            .ok_or_else(|| format!("{name} is not in the world file"))
     }
 
-    fn arguments(
-        &self,
-        domain: &Domain,
-        call: &Call<'_>,
-        description: &Description,
-    ) -> Result<Arguments, String> {
+    fn arguments(&self, domain: &Domain, call: &Call<'_>, description: &Description) -> Result<Arguments, String> {
         if call.args.len() != description.roles.len() {
             let (n, m) = (description.roles.len(), call.args.len());
             return Err(format!("`{}` takes {n} arguments, not {m}", call.name));
@@ -204,7 +217,12 @@ impl<'a> Grp<'a> {
             }
         }
         match (agent, object) {
-            (Some(agent), Some(object)) => Ok(Arguments { agent, object, support, receiver }),
+            (Some(agent), Some(object)) => Ok(Arguments {
+                agent,
+                object,
+                support,
+                receiver,
+            }),
             _ => Err(format!("`{}` needs an agent and an object", call.name)),
         }
     }
@@ -212,19 +230,36 @@ impl<'a> Grp<'a> {
     /// Returns the number of the action in the current world state, started now if it was not before.
     fn start(&mut self, domain: &Domain, call: &Call<'_>) -> Result<GasNum, ActionRefusal> {
         let refuse = |why: String| ActionRefusal {
-            call: format!("{}({})", call.name, call.args.iter().map(|a| domain.show(a)).collect::<Vec<_>>().join(", ")),
+            call: format!(
+                "{}({})",
+                call.name,
+                call.args.iter().map(|a| domain.show(a)).collect::<Vec<_>>().join(", ")
+            ),
             found_before: 0,
             exhausted: true,
             tried: 0,
-            causes: vec![CauseCount { sub_action: String::new(), cause: Cause::NotApplicable(why), count: 1 }],
+            causes: vec![CauseCount {
+                sub_action: String::new(),
+                cause: Cause::NotApplicable(why),
+                count: 1,
+            }],
         };
         let Some(description) = description::find(call.name) else {
             return Err(refuse(format!("there is no geometric action `{}`", call.name)));
         };
         let arguments = self.arguments(domain, call, description).map_err(refuse)?;
-        let state = self.states.last().cloned().ok_or_else(|| refuse("there is no world state".into()))?;
+        let state = self
+            .states
+            .last()
+            .cloned()
+            .ok_or_else(|| refuse("there is no world state".into()))?;
         let mut key = Key::new(self.seed).text(description.names[0]);
-        let Arguments { agent, object, support, receiver } = arguments;
+        let Arguments {
+            agent,
+            object,
+            support,
+            receiver,
+        } = arguments;
         for index in [Some(agent), Some(object), support, receiver] {
             key = key.number(index.map_or(0, |i| i as u64 + 1));
         }
@@ -234,9 +269,18 @@ impl<'a> Grp<'a> {
         }
         let gas = GasNum(self.gases.len() as u32);
         let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
-        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
+        let room = Room {
+            scene,
+            prepared,
+            settings,
+            seed: self.seed,
+            stop: &self.stop,
+        };
         let search = Search::new(&room, description, arguments, state, key);
-        self.gases.push(Gas { search, solved: Vec::new() });
+        self.gases.push(Gas {
+            search,
+            solved: Vec::new(),
+        });
         self.by_key.insert(key, gas);
         Ok(gas)
     }
@@ -244,7 +288,13 @@ impl<'a> Grp<'a> {
     /// Applies solution number `alternative` of an action, computed now unless it was before.
     fn solution(&mut self, gas: GasNum, alternative: u32) -> Result<Projection, ActionRefusal> {
         let (scene, prepared, settings) = (self.scene, &self.prepared, self.settings);
-        let room = Room { scene, prepared, settings, seed: self.seed, stop: &self.stop };
+        let room = Room {
+            scene,
+            prepared,
+            settings,
+            seed: self.seed,
+            stop: &self.stop,
+        };
         let entry = &mut self.gases[gas.0 as usize];
         while entry.solved.len() <= alternative as usize {
             let Ok(solution) = entry.search.next_solution(&room, &mut self.counts) else {
@@ -253,13 +303,21 @@ impl<'a> Grp<'a> {
             let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);
             let cost = parts.values().sum();
             let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
-            entry.solved.push(Solved { solution, cost, duration });
+            entry.solved.push(Solved {
+                solution,
+                cost,
+                duration,
+            });
         }
         let solved = &entry.solved[alternative as usize];
         if let Some(end) = solved.solution.end() {
             self.states.push(end.clone());
         }
-        Ok(Projection { gas: GasRef { gas, alternative }, cost: solved.cost, duration: solved.duration })
+        Ok(Projection {
+            gas: GasRef { gas, alternative },
+            cost: solved.cost,
+            duration: solved.duration,
+        })
     }
 
     /// Returns the choices and motions of a projection, for the plan document.
@@ -345,13 +403,25 @@ impl Reasoner for Grp<'_> {
 
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value {
         let description = &domain.attributes[attribute.index()];
-        let empty = if description.is_set { Value::Set(Arc::new(EntitySet::default())) } else { Value::Null };
-        let Some(name) = description.fact.as_deref() else { return empty };
-        let Some(first) = self.scene.find(&domain.entities[entity.index()].name) else { return empty };
-        let crate::ir::Base::Entity(ty) = description.base else { return empty };
+        let empty = if description.is_set {
+            Value::Set(Arc::new(EntitySet::default()))
+        } else {
+            Value::Null
+        };
+        let Some(name) = description.fact.as_deref() else {
+            return empty;
+        };
+        let Some(first) = self.scene.find(&domain.entities[entity.index()].name) else {
+            return empty;
+        };
+        let crate::ir::Base::Entity(ty) = description.base else {
+            return empty;
+        };
         let mut members = EntitySet::default();
         for other in &domain.types[ty.index()].entities {
-            let Some(second) = self.scene.find(&domain.entities[other.index()].name) else { continue };
+            let Some(second) = self.scene.find(&domain.entities[other.index()].name) else {
+                continue;
+            };
             if first == second {
                 continue;
             }
@@ -365,7 +435,11 @@ impl Reasoner for Grp<'_> {
                 members.insert(*other);
             }
         }
-        if description.is_set { Value::Set(Arc::new(members)) } else { Value::Null }
+        if description.is_set {
+            Value::Set(Arc::new(members))
+        } else {
+            Value::Null
+        }
     }
 
     fn save(&mut self) -> Mark {
@@ -382,7 +456,10 @@ impl Reasoner for Grp<'_> {
     }
 
     fn replay(&mut self, gas: GasRef) {
-        let solved = self.gases.get(gas.gas.0 as usize).and_then(|g| g.solved.get(gas.alternative as usize));
+        let solved = self
+            .gases
+            .get(gas.gas.0 as usize)
+            .and_then(|g| g.solved.get(gas.alternative as usize));
         if let Some(end) = solved.and_then(|s| s.solution.end()) {
             self.states.push(end.clone());
         }

@@ -11,8 +11,12 @@ use crate::geom::{ik, motion};
 pub(super) type Timed = timing::Timed;
 
 /// Inverse kinematics of end states; restarts come from the caller's settings.
-pub(super) const IK: ik::Settings =
-    ik::Settings { max_iterations: 60, restarts: 0, position_tolerance: 1e-5, rotation_tolerance: 1e-4 };
+pub(super) const IK: ik::Settings = ik::Settings {
+    max_iterations: 60,
+    restarts: 0,
+    position_tolerance: 1e-5,
+    rotation_tolerance: 1e-4,
+};
 
 /// Straight contact motions.
 pub(super) const STRAIGHT: straight::Settings = straight::Settings {
@@ -35,7 +39,11 @@ const STEP: f64 = 0.6;
 const SHORTCUT_ROUNDS: u32 = 60;
 
 /// Sampling and rounding of trajectories.
-const TIMING: timing::Settings = timing::Settings { sample_period: 0.05, max_deviation: 0.05, resolution: RESOLUTION };
+const TIMING: timing::Settings = timing::Settings {
+    sample_period: 0.05,
+    max_deviation: 0.05,
+    resolution: RESOLUTION,
+};
 
 /// Why there is no motion.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,7 +63,11 @@ pub(super) fn free(
     let start = space.start();
     // A path that is free at the coarse spacing and not at the fine one is rare; the fine spacing then plans once more.
     for resolution in [SEARCH_RESOLUTION, RESOLUTION] {
-        let settings = rrt_connect::Settings { step: STEP, resolution, max_samples: samples };
+        let settings = rrt_connect::Settings {
+            step: STEP,
+            resolution,
+            max_samples: samples,
+        };
         let path = rrt_connect::rrt_connect(space, &start, goal, &settings, rng).map_err(|e| match e {
             rrt_connect::NoPath::Start | rrt_connect::NoPath::Goal => {
                 NoMotion::Blocked(space.hit_names().unwrap_or_default())
@@ -63,11 +75,22 @@ pub(super) fn free(
             rrt_connect::NoPath::OutOfSamples { drawn } => NoMotion::OutOfSamples(drawn),
         })?;
         let path = if path.len() > 2 {
-            shortcut::shortcut(space, path, &shortcut::Settings { rounds: SHORTCUT_ROUNDS, resolution }, rng)
+            shortcut::shortcut(
+                space,
+                path,
+                &shortcut::Settings {
+                    rounds: SHORTCUT_ROUNDS,
+                    resolution,
+                },
+                rng,
+            )
         } else {
             path
         };
-        if path.windows(2).all(|e| motion::edge_is_free(space, &e[0], &e[1], RESOLUTION)) {
+        if path
+            .windows(2)
+            .all(|e| motion::edge_is_free(space, &e[0], &e[1], RESOLUTION))
+        {
             return Ok(timing::time(space, &path, &TIMING));
         }
     }

@@ -81,13 +81,21 @@ impl Prepared {
                 dofs.extend(arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()));
                 let moved = agent.tree.links_moved_by(&dofs);
                 let (reach, shoulder_link) = reach(agent, arm);
-                arms.push(PreparedArm { chain, reach, shoulder_link, moved });
+                arms.push(PreparedArm {
+                    chain,
+                    reach,
+                    shoulder_link,
+                    moved,
+                });
             }
             let parts = agent.bodies.iter().map(|b| part(b.link, &b.shape, &b.X_LS)).collect();
             agents.push(PreparedAgent { parts, arms });
         }
-        let objects =
-            scene.objects.iter().map(|o| o.parts.iter().map(|p| part(0, &p.shape, &p.X_OS)).collect()).collect();
+        let objects = scene
+            .objects
+            .iter()
+            .map(|o| o.parts.iter().map(|p| part(0, &p.shape, &p.X_OS)).collect())
+            .collect();
         Ok(Prepared { agents, objects })
     }
 }
@@ -154,7 +162,12 @@ pub(super) fn overlap(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
 
 /// Returns all link poses of every agent.
 pub(super) fn link_poses(scene: &Scene, state: &State) -> Vec<Vec<Pose>> {
-    scene.agents.iter().zip(&state.agents).map(|(a, s)| a.tree.link_poses(&s.X_WB, &s.q)).collect()
+    scene
+        .agents
+        .iter()
+        .zip(&state.agents)
+        .map(|(a, s)| a.tree.link_poses(&s.X_WB, &s.q))
+        .collect()
 }
 
 /// Returns every body but those of `without`, exact, at its place.
@@ -169,7 +182,11 @@ pub(super) fn place_all<'a>(
         for part in &parts.parts {
             let owner = Owner::Link { agent, link: part.link };
             if !without(owner) {
-                all.push(Placed { solid: &part.exact, X_WS: X_WL[agent][part.link] * part.X_FS, owner });
+                all.push(Placed {
+                    solid: &part.exact,
+                    X_WS: X_WL[agent][part.link] * part.X_FS,
+                    owner,
+                });
             }
         }
     }
@@ -177,7 +194,11 @@ pub(super) fn place_all<'a>(
         let owner = Owner::Object(object);
         if !without(owner) {
             let X_WO = state.objects[object].X_WO;
-            all.extend(parts.iter().map(|p| Placed { solid: &p.exact, X_WS: X_WO * p.X_FS, owner }));
+            all.extend(parts.iter().map(|p| Placed {
+                solid: &p.exact,
+                X_WS: X_WO * p.X_FS,
+                owner,
+            }));
         }
     }
     all

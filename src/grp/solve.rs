@@ -147,7 +147,9 @@ impl Search {
     }
 
     fn first_candidates(&self, room: &Room<'_>) -> Result<Vec<Candidate>, String> {
-        let Arguments { agent, object, support, .. } = self.arguments;
+        let Arguments {
+            agent, object, support, ..
+        } = self.arguments;
         let (body, thing) = (&room.scene.agents[agent], &room.scene.objects[object]);
         if !thing.movable {
             return Err(format!("{} can't be moved", thing.id));
@@ -166,13 +168,18 @@ impl Search {
                 }
                 let all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
                 if all.is_empty() {
-                    return Err(format!("{} has no free hand that opens wide enough for {}", body.id, thing.id));
+                    return Err(format!(
+                        "{} has no free hand that opens wide enough for {}",
+                        body.id, thing.id
+                    ));
                 }
                 Ok(all)
             }
             Choice::Placement => {
                 let held = holder.filter(|h| h.agent == agent);
-                let Some(held) = held else { return Err(format!("{} is not in a hand of {}", thing.id, body.id)) };
+                let Some(held) = held else {
+                    return Err(format!("{} is not in a hand of {}", thing.id, body.id));
+                };
                 let on = support.ok_or("no support is named")?;
                 if room.scene.objects[on].supports.is_empty() {
                     return Err(format!("{} has no face to put things on", room.scene.objects[on].id));
@@ -225,16 +232,29 @@ impl Search {
     }
 
     fn count(&mut self, sub_action: &str, cause: Cause) {
-        match self.causes.iter_mut().find(|c| c.sub_action == sub_action && c.cause == cause) {
+        match self
+            .causes
+            .iter_mut()
+            .find(|c| c.sub_action == sub_action && c.cause == cause)
+        {
             Some(c) => c.count += 1,
-            None => self.causes.push(CauseCount { sub_action: sub_action.to_owned(), cause, count: 1 }),
+            None => self.causes.push(CauseCount {
+                sub_action: sub_action.to_owned(),
+                cause,
+                count: 1,
+            }),
         }
     }
 
     /// Returns why there is no further solution.
     pub(super) fn refusal(&self, room: &Room<'_>) -> ActionRefusal {
         let id = |o: usize| room.scene.objects[o].id.clone();
-        let Arguments { agent, object, support, receiver } = self.arguments;
+        let Arguments {
+            agent,
+            object,
+            support,
+            receiver,
+        } = self.arguments;
         let mut names = vec![room.scene.agents[agent].id.clone(), id(object)];
         names.extend(support.map(id));
         names.extend(receiver.map(|r| room.scene.agents[r].id.clone()));
@@ -303,12 +323,16 @@ impl Attempt<'_, '_> {
     }
 
     fn arm_name(&self) -> String {
-        self.room.scene.agents[self.arguments.agent].arms[self.candidate.arm].name.clone()
+        self.room.scene.agents[self.arguments.agent].arms[self.candidate.arm]
+            .name
+            .clone()
     }
 
     /// Cheap tests of a placement, before any inverse kinematics: free of others, near enough, facts that shall hold.
     fn placement_is_possible(&mut self, start: &State) -> Result<(), Failure> {
-        let Some(placement) = &self.candidate.placement else { return Ok(()) };
+        let Some(placement) = &self.candidate.placement else {
+            return Ok(());
+        };
         let Arguments { agent, object, .. } = self.arguments;
         let room = self.room;
         let ready = &room.prepared.agents[agent].arms[self.candidate.arm];
@@ -369,7 +393,9 @@ impl Attempt<'_, '_> {
 
     /// Returns the end states of the sub-actions from `stage` on, or `None` after noting what stopped them.
     fn end_states(&mut self, stage: usize, state: &State) -> Option<Vec<Stage>> {
-        let Some(sub_action) = self.description.sub_actions.get(stage) else { return Some(Vec::new()) };
+        let Some(sub_action) = self.description.sub_actions.get(stage) else {
+            return Some(Vec::new());
+        };
         if !sub_action.when.iter().all(|c| self.condition_holds(*c, state)) {
             self.fail(stage, Cause::NotApplicable("its pre-condition does not hold".into()));
             return None;
@@ -384,7 +410,10 @@ impl Attempt<'_, '_> {
     fn condition_holds(&self, condition: Condition, state: &State) -> bool {
         let Arguments { agent, object, .. } = self.arguments;
         let in_hand = |o: usize| {
-            state.objects[o].held.as_ref().is_some_and(|h| h.agent == agent && h.arm == self.candidate.arm)
+            state.objects[o]
+                .held
+                .as_ref()
+                .is_some_and(|h| h.agent == agent && h.arm == self.candidate.arm)
         };
         match condition {
             Condition::HandFree => !(0..state.objects.len()).any(in_hand),
@@ -395,12 +424,22 @@ impl Attempt<'_, '_> {
     fn space(&self, state: &State, clearance: Clearance) -> ArmSpace<'_> {
         let Arguments { agent, object, .. } = self.arguments;
         let (scene, prepared) = (self.room.scene, self.room.prepared);
-        ArmSpace::new(scene, prepared, state, agent, self.candidate.arm, Some(object), clearance)
+        ArmSpace::new(
+            scene,
+            prepared,
+            state,
+            agent,
+            self.candidate.arm,
+            Some(object),
+            clearance,
+        )
     }
 
     fn gripper_stage(&mut self, stage: usize, sub: &'static SubAction, state: &State) -> Option<Vec<Stage>> {
         let Arguments { agent, .. } = self.arguments;
-        let gripper = self.room.scene.agents[agent].arms[self.candidate.arm].gripper.as_ref()?;
+        let gripper = self.room.scene.agents[agent].arms[self.candidate.arm]
+            .gripper
+            .as_ref()?;
         let values = match sub.until {
             Until::GripperOpen => gripper.open.clone(),
             _ => gripper.at_gap(self.candidate.width),
@@ -425,7 +464,10 @@ impl Attempt<'_, '_> {
         });
         if !free {
             let cause = moved.hit_names().map(|(a, b)| Cause::Collision { a, b });
-            self.fail(stage, cause.unwrap_or(Cause::NotApplicable("the fingers can't move".into())));
+            self.fail(
+                stage,
+                cause.unwrap_or(Cause::NotApplicable("the fingers can't move".into())),
+            );
             return None;
         }
         self.change_hands(sub.change, &mut end);
@@ -440,7 +482,11 @@ impl Attempt<'_, '_> {
             // The object is held as it is, which differs from the grasp by what inverse kinematics left over.
             Some(Change::Attach) => {
                 let X_TO = self.tool(state).inverse() * state.objects[object].X_WO;
-                state.objects[object].held = Some(Held { agent, arm: self.candidate.arm, X_TO });
+                state.objects[object].held = Some(Held {
+                    agent,
+                    arm: self.candidate.arm,
+                    X_TO,
+                });
             }
             // Let go, it settles on the support by what inverse kinematics left over.
             Some(Change::Detach) => {
@@ -453,7 +499,12 @@ impl Attempt<'_, '_> {
     }
 
     fn stage(&self, sub: &'static SubAction, start: &State, end: State, way: Way, rest: Vec<Stage>) -> Vec<Stage> {
-        let mut all = vec![Stage { sub_action: sub, start: start.clone(), end, way }];
+        let mut all = vec![Stage {
+            sub_action: sub,
+            start: start.clone(),
+            end,
+            way,
+        }];
         all.extend(rest);
         all
     }
@@ -526,7 +577,10 @@ impl Attempt<'_, '_> {
             }
             Err(_) => {
                 let arm = self.arm_name();
-                self.fail(stage, hit.map_or(Cause::NoStraightMotion { arm }, |(a, b)| Cause::Collision { a, b }));
+                self.fail(
+                    stage,
+                    hit.map_or(Cause::NoStraightMotion { arm }, |(a, b)| Cause::Collision { a, b }),
+                );
                 None
             }
         }
@@ -551,39 +605,67 @@ impl Attempt<'_, '_> {
             && next.space == Space::ArmStraight
             && let Some(X_WT_next) = self.target(next.until, state)
         {
-            let mut contact =
-                ArmSpace::new(scene, prepared, state, agent, self.candidate.arm, object, Clearance::Contact);
+            let mut contact = ArmSpace::new(
+                scene,
+                prepared,
+                state,
+                agent,
+                self.candidate.arm,
+                object,
+                Clearance::Contact,
+            );
             if !contact.hand_is_free(&X_WT_next) {
                 self.fail_by_hit(stage + 1, &contact, Cause::OutOfReach { arm });
                 return None;
             }
         }
-        let mut space = ArmSpace::new(scene, prepared, state, agent, self.candidate.arm, object, Clearance::Margin);
+        let mut space = ArmSpace::new(
+            scene,
+            prepared,
+            state,
+            agent,
+            self.candidate.arm,
+            object,
+            Clearance::Margin,
+        );
         if !space.hand_is_free(&X_WT) {
             self.fail_by_hit(stage, &space, Cause::OutOfReach { arm });
             return None;
         }
         let seed = space.start();
-        let settings = ik::Settings { restarts: room.settings.ik_restarts, ..motion::IK };
+        let settings = ik::Settings {
+            restarts: room.settings.ik_restarts,
+            ..motion::IK
+        };
         let mut rng = self.rng.clone();
         let mut hit = None;
         let mut found = None;
         self.counts.ik_calls += 1;
-        let result = ik::solve(&ready.chain, &ik::Target::Pose(X_KW * X_WT), &seed, &settings, &mut rng, &mut |q| {
-            if !space.check(q) {
-                hit = space.hit_names();
-                return false;
-            }
-            let end = self.with_arm_at(state, q);
-            found = self.end_states(stage + 1, &end).map(|rest| (end, rest));
-            found.is_some()
-        });
+        let result = ik::solve(
+            &ready.chain,
+            &ik::Target::Pose(X_KW * X_WT),
+            &seed,
+            &settings,
+            &mut rng,
+            &mut |q| {
+                if !space.check(q) {
+                    hit = space.hit_names();
+                    return false;
+                }
+                let end = self.with_arm_at(state, q);
+                found = self.end_states(stage + 1, &end).map(|rest| (end, rest));
+                found.is_some()
+            },
+        );
         self.rng = rng;
         self.counts.configurations_checked += space.checks;
         match (result, found) {
             (Ok(goal), Some((end, rest))) => Some(self.stage(sub, state, end, Way::Free { goal }, rest)),
             _ => {
-                self.fail(stage, hit.map_or(Cause::OutOfReach { arm }, |(a, b)| Cause::Collision { a, b }));
+                self.fail(
+                    stage,
+                    hit.map_or(Cause::OutOfReach { arm }, |(a, b)| Cause::Collision { a, b }),
+                );
                 None
             }
         }
@@ -607,7 +689,10 @@ impl Attempt<'_, '_> {
                     self.counts.configurations_checked += checks;
                     planned.map_err(|e| match e {
                         motion::NoMotion::Blocked(hit) => Cause::Collision { a: hit.0, b: hit.1 },
-                        motion::NoMotion::OutOfSamples(samples) => Cause::NoPath { arm: self.arm_name(), samples },
+                        motion::NoMotion::OutOfSamples(samples) => Cause::NoPath {
+                            arm: self.arm_name(),
+                            samples,
+                        },
                     })
                 }
                 Way::Straight { path } => {

@@ -13,13 +13,31 @@ pub fn plan(plan: &Plan) -> String {
     let _ = writeln!(out, "plan of {}", plan.task);
     let _ = writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan);
     let mut rows: Vec<[String; 8]> = vec![
-        ["", "start [s]", "end [s]", "action", "arm", "grasp", "placement", "cost"].map(str::to_owned),
+        [
+            "",
+            "start [s]",
+            "end [s]",
+            "action",
+            "arm",
+            "grasp",
+            "placement",
+            "cost",
+        ]
+        .map(str::to_owned),
     ];
     for action in &plan.actions {
         let geometry = action.geometry.as_ref();
         let placement = geometry.and_then(|g| g.placement.as_ref()).map(|p| {
             let degrees = p.yaw.to_degrees();
-            format!("{}.{} ({:.3}, {:.3}) {:.0}° {}", p.on, p.support, p.x + 0.0, p.y + 0.0, degrees, p.stable)
+            format!(
+                "{}.{} ({:.3}, {:.3}) {:.0}° {}",
+                p.on,
+                p.support,
+                p.x + 0.0,
+                p.y + 0.0,
+                degrees,
+                p.stable
+            )
         });
         rows.push([
             action.index.to_string(),
@@ -53,7 +71,9 @@ pub fn plan(plan: &Plan) -> String {
 /// Writes rows as columns; columns that are empty but for their heading are left out.
 fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
     let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
-    let shown: Vec<usize> = (0..N).filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty())).collect();
+    let shown: Vec<usize> = (0..N)
+        .filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty()))
+        .collect();
     for row in rows {
         let mut line = String::new();
         for c in &shown {
@@ -119,6 +139,10 @@ pub fn truncated(cut: Truncated) -> String {
         "geometric action ended with choices untried (try more --placements)",
         "geometric actions ended with choices untried (try more --placements)",
     );
-    add(cut.depth, "branch was too deep (try a larger --max-depth)", "branches were too deep (try a larger --max-depth)");
+    add(
+        cut.depth,
+        "branch was too deep (try a larger --max-depth)",
+        "branches were too deep (try a larger --max-depth)",
+    );
     parts.join(", ")
 }
