@@ -255,5 +255,6 @@ pub fn world() -> World {
         task: None,
         shared: vec![],
         values: vec![],
+        spans: vec![],
     }
 }
