@@ -3,6 +3,7 @@
 //! **Invariant:** no action has code of its own: `description` says what it is, one solver runs them all.
 
 mod arm_space;
+mod attempt;
 mod candidates;
 mod cost;
 mod description;
