@@ -87,6 +87,7 @@ pub(super) fn search(
     goal: &sgap::ir::Goal,
     options: &SearchOptions,
 ) -> Result<Plan, Failure> {
+    #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
     stop_on_interrupt(&stop);

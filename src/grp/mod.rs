@@ -1,6 +1,6 @@
 //! The geometric reasoner and planner: answers the engine with geometry on a world (thesis chapter 3).
 //!
-//! **Invariant:** no action has code of its own: [`description`] says what it is, one solver runs them all.
+//! **Invariant:** no action has code of its own: `description` says what it is, one solver runs them all.
 
 mod arm_space;
 mod candidates;
