@@ -649,3 +649,46 @@ fn deep_nesting_is_a_problem_and_not_a_crash() {
         assert!(load_with("w.toml", &CaseFiles(files)).1.has_errors());
     }
 }
+
+/// The first example of an error page gives the problem that the page tells of, and the second does not.
+#[test]
+fn the_examples_of_the_error_pages_are_true() {
+    let mut n_pages = 0;
+    for entry in std::fs::read_dir("docs/errors").unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap().to_string();
+        let text = std::fs::read_to_string(&path).unwrap();
+        if !name.starts_with("world-") && !name.starts_with("urdf-") || text.contains("```text") {
+            continue;
+        }
+        n_pages += 1;
+        let code = name.replacen('-', "::", 1);
+        let blocks: Vec<&str> = text.split("```").skip(1).step_by(2).collect();
+        assert_eq!(blocks.len(), 2, "{name}");
+        for (block, wrong) in blocks.iter().zip([true, false]) {
+            let (kind, example) = block.split_once('\n').unwrap();
+            assert_eq!(kind.ends_with(",wrong"), wrong, "{name}: `{kind}`");
+            let file = match kind.trim_end_matches(",wrong") {
+                "xml" => "worlds/models/page.urdf",
+                "toml,model" => "worlds/models/page.toml",
+                _ => "worlds/page.toml",
+            };
+            let files = CaseFiles(BTreeMap::from(
+                [
+                    ("worlds/models/page.toml", "urdf = \"page.urdf\"\n"),
+                    ("worlds/page.toml", "[robots.R]\nmodel = \"models/page.toml\"\n"),
+                    (file, example),
+                ]
+                .map(|(path, text)| (path.to_string(), text.to_string())),
+            ));
+            let (_, problems, sources) = load_with("worlds/page.toml", &files);
+            let shown = render::render(&problems, &sources, false);
+            let told = problems.0.iter().any(|p| p.code == code);
+            assert_eq!(told, wrong, "{name}, {kind}:\n{example}\n{shown}");
+            // A robot of an example may lack an arm; nothing else may be wrong with the right one.
+            let more = problems.0.iter().find(|p| p.code != "world::no-arm");
+            assert!(wrong || more.is_none(), "{name}:\n{shown}");
+        }
+    }
+    assert!(n_pages > 40, "{n_pages}");
+}
