@@ -9,8 +9,11 @@ use std::path::{Path, PathBuf};
 /// All of a room, for [`EDGES`].
 const ALL: &[&str] = &[];
 
-/// What a room may use: rooms, each with the items that it may use of it, or [`ALL`].
-const EDGES: &[(&str, &[(&str, &[&str])])] = &[
+/// A room that may be used, and the items that may be used of it, or [`ALL`].
+type Edge = (&'static str, &'static [&'static str]);
+
+/// What each room may use.
+const EDGES: &[(&str, &[Edge])] = &[
     ("source", &[]),
     ("diag", &[("source", ALL)]),
     ("syntax", &[("source", ALL), ("diag", ALL)]),
