@@ -297,7 +297,7 @@ impl<'a> Grp<'a> {
         };
         let entry = &mut self.gases[gas.0 as usize];
         while entry.solved.len() <= alternative as usize {
-            let Ok(solution) = entry.search.next_solution(&room, &mut self.counts) else {
+            let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
                 return Err(entry.search.refusal(&room));
             };
             let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);

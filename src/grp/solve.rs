@@ -200,11 +200,11 @@ impl Search {
         }
     }
 
-    /// Returns the next solution, never one given before.
-    pub(super) fn next_solution(&mut self, room: &Room<'_>, counts: &mut Counts) -> Result<Solution, ()> {
+    /// Returns the next solution, never one given before; `None` when there is none, or somebody stopped the search.
+    pub(super) fn next_solution(&mut self, room: &Room<'_>, counts: &mut Counts) -> Option<Solution> {
         while self.next < self.candidates.len() {
             if room.stop.load(Ordering::Relaxed) {
-                return Err(());
+                return None;
             }
             let index = self.next;
             self.next += 1;
@@ -223,12 +223,12 @@ impl Search {
             match attempt.solve(&self.start) {
                 Ok(stages) => {
                     self.found += 1;
-                    return Ok(Solution { candidate, stages });
+                    return Some(Solution { candidate, stages });
                 }
                 Err((sub_action, cause)) => self.count(sub_action, cause),
             }
         }
-        Err(())
+        None
     }
 
     fn count(&mut self, sub_action: &str, cause: Cause) {
