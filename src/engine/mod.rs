@@ -13,4 +13,4 @@ mod state;
 
 pub use links::document;
 pub use reasoner::{Call, GasNum, GasRef, Granted, Mark, Projection, Reasoner};
-pub use search::{Budget, Ending, Found, Settings, Statistics, Step, Tree, TreeNode, Truncated, solve};
+pub use search::{Budget, Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated, solve};
