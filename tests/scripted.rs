@@ -15,5 +15,7 @@ mod reasoner;
 mod run;
 #[path = "scripted/search.rs"]
 mod search;
+#[path = "scripted/second_opinion.rs"]
+mod second_opinion;
 #[path = "scripted/values.rs"]
 mod values;

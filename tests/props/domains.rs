@@ -35,8 +35,10 @@ struct Scope {
 impl Scope {
     fn of_task() -> Self {
         Scope {
-            agents: vec!["A".into(), "R".into(), "A.helper".into()],
-            objects: vec!["O".into(), "CUP".into(), "A.holds".into(), "A.helper.holds".into()],
+            agents: ["A", "R", "H", "A", "H", "A.helper"].map(String::from).to_vec(),
+            objects: ["O", "CUP", "BOX", "O", "BOX", "O", "A.holds", "A.helper.holds"]
+                .map(String::from)
+                .to_vec(),
             nest: 2,
             next: 0,
         }
@@ -158,7 +160,7 @@ const N_METHODS: usize = 3;
 
 fn action(i: usize, c: &mut Choices<'_>) -> String {
     let scope = Scope::of_task();
-    let preconditions = c.some(2, |c| scope.test(c));
+    let preconditions = if c.below(3) == 2 { scope.test(c) } else { String::new() };
     let effects = c.some(3, |c| scope.effect(c));
     let cost = c.one(&["1", "2", "O.weight", "size(O.users) + 0.5", "A.count * A.count"]);
     let duration = c.one(&["(1, 1)", "(2, 5)", "(O.weight, 9)"]);
@@ -172,7 +174,7 @@ fn action(i: usize, c: &mut Choices<'_>) -> String {
 /// The subtasks of method `i` are actions, later methods, and now and then the method itself.
 fn decomposition(i: usize, c: &mut Choices<'_>) -> String {
     let mut scope = Scope::of_task();
-    let preconditions = c.some(1, |c| scope.test(c));
+    let preconditions = if c.below(4) == 3 { scope.test(c) } else { String::new() };
     let mut steps = String::new();
     for (n, var) in ["S", "T"].iter().enumerate().take(c.below(3)) {
         let mut inner = scope.clone();
@@ -190,13 +192,14 @@ fn decomposition(i: usize, c: &mut Choices<'_>) -> String {
         };
         scope.objects.insert(0, (*var).to_owned());
     }
-    for label in 0..1 + c.below(3) {
+    for label in 0..1 + c.below(4) {
         let (agent, object) = (scope.agent(c), scope.object(c));
-        let call = match c.below(N_ACTIONS + N_METHODS - i) {
+        let later = N_METHODS - 1 - i;
+        let call = match c.below(2 * N_ACTIONS + 2 * later + 1) {
             n if n == N_ACTIONS - 1 => format!("Act{n}({agent}, {object}, {})", scope.agent(c)),
-            n if n < N_ACTIONS => format!("Act{n}({agent}, {object})"),
-            n if n == N_ACTIONS => format!("Do{i}({agent}, {object})"),
-            n => format!("Do{}({agent}, {object})", i + n - N_ACTIONS),
+            n if n < 2 * N_ACTIONS => format!("Act{}({agent}, {object})", n % (N_ACTIONS - 1)),
+            n if n < 2 * (N_ACTIONS + later) => format!("Do{}({agent}, {object})", i + 1 + n % later),
+            _ => format!("Do{i}({agent}, {object})"),
         };
         let after: Vec<String> = (0..label)
             .filter(|_| c.below(3) == 0)
@@ -222,15 +225,12 @@ fn method(i: usize, c: &mut Choices<'_>) -> String {
 
 fn initial(c: &mut Choices<'_>) -> String {
     let values = [
-        "R.helper = H; ",
         "H.helper = R; ",
-        "R.holds = BOX; ",
         "H.holds = CUP; ",
         "CUP.at = TABLE; ",
         "BOX.at = SHELF; ",
         "BOX.users <<= H; ",
         "CUP.done = true; ",
-        "R.count = 2; ",
         "H.count = 0; ",
     ];
     values.iter().filter(|_| c.below(2) == 1).copied().collect()
@@ -249,7 +249,7 @@ pub fn domain(choices: &[u16]) -> String {
   define entityAttributes Agent {{ dynamic atom Object holds; dynamic atom Agent helper; dynamic atom number count; }}
   define entityAttributes Object {{ dynamic atom Place at; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users; }}
   R = new Agent; H = new Agent; CUP = new Object; BOX = new Object; TABLE = new Place; SHELF = new Place;
-  CUP.weight = 2; BOX.weight = 1; {initial}
+  CUP.weight = 2; BOX.weight = 1; R.count = 2; H.count = 3; R.helper = H; R.holds = BOX; {initial}
 }}
 HTN {{
 {actions}{methods}}}

@@ -9,6 +9,8 @@ use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
 use sgap::syntax;
+use sgap::validate::{self, Fault, Verdict};
+use sgap::world::{Scene, State, World};
 
 use crate::reasoner::Scripted;
 
@@ -87,6 +89,22 @@ pub fn solve(domain: Domain, goal: Goal, mut reasoner: Scripted, settings: &Sett
 /// Plans `task` without geometry.
 pub fn symbolic(text: &str, task: &str) -> Run {
     run(text, task, Scripted::new("", &[]), &FIRST)
+}
+
+/// Asks the validator about a plan of a domain without geometry.
+pub fn second_opinion(run: &Run, plan: &Plan) -> Result<Verdict, Fault> {
+    let nothing = World {
+        scene: Scene::default(),
+        start: State {
+            agents: Vec::new(),
+            objects: Vec::new(),
+        },
+        task: None,
+        shared: Vec::new(),
+        values: Vec::new(),
+        spans: Vec::new(),
+    };
+    validate::replay(plan, &run.domain, &run.goal, &nothing, &validate::Settings::STANDARD)
 }
 
 fn actions(domain: &Domain, found: &Found) -> Vec<String> {
