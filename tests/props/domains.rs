@@ -1,14 +1,29 @@
-//! Random small domains without geometry, as texts that compile.
+//! Random small domains as texts that compile, and random answers of geometry.
 //!
 //! A list of numbers makes the choices, one after the other, and 0 is always the simplest: a list that is shortened or
 //! lowered gives a simpler domain, so proptest finds small examples.
 
+use crate::reasoner::{Scripted, solution};
+
 /// Choices still to be used; 0 when they are used up.
-struct Choices<'a>(std::slice::Iter<'a, u16>);
+struct Choices<'a> {
+    left: std::slice::Iter<'a, u16>,
+    kind: Kind,
+}
+
+/// Which domains to make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Symbolic,
+    /// Some actions are projected and some attributes shared.
+    Geometric,
+    /// The same, and the precondition of every action reads all shared attributes without asking anything of them.
+    Eager,
+}
 
 impl Choices<'_> {
     fn below(&mut self, n: usize) -> usize {
-        self.0.next().map_or(0, |c| usize::from(*c) % n)
+        self.left.next().map_or(0, |c| usize::from(*c) % n)
     }
 
     fn one<'t>(&mut self, of: &[&'t str]) -> &'t str {
@@ -81,7 +96,8 @@ impl Scope {
     }
 
     fn number(&self, c: &mut Choices<'_>) -> String {
-        match c.below(6) {
+        match c.below(if c.kind == Kind::Symbolic { 6 } else { 8 }) {
+            6 | 7 => "GetGRPCost()".into(),
             0 => "1".into(),
             1 => format!("{}.count", self.agent(c)),
             2 => format!("{}.weight", self.object(c)),
@@ -162,10 +178,16 @@ fn action(i: usize, c: &mut Choices<'_>) -> String {
     let scope = Scope::of_task();
     let preconditions = if c.below(3) == 2 { scope.test(c) } else { String::new() };
     let effects = c.some(3, |c| scope.effect(c));
+    let eager = "FORALL(Object E, {E.at == TABLE;}, {1 > 0;}); FORALL(Object E, {size(E.users) > 0;}, {1 > 0;});";
+    let eager = if c.kind == Kind::Eager { eager } else { "" };
+    let projects = match c.kind {
+        Kind::Geometric | Kind::Eager if i < 2 => "projects { pick(A, O) };",
+        _ => "",
+    };
     let cost = c.one(&["1", "2", "O.weight", "size(O.users) + 0.5", "A.count * A.count"]);
     let duration = c.one(&["(1, 1)", "(2, 5)", "(O.weight, 9)"]);
     format!(
-        "action Act{i}(Agent A, Object O{}) {{ preconditions {{ {preconditions} }}; effects {{ {effects} }}; cost {{ {cost} }}; duration {{ {duration} }}; }}\n",
+        "action Act{i}(Agent A, Object O{}) {{ preconditions {{ {eager} {preconditions} }}; {projects} effects {{ {effects} }}; cost {{ {cost} }}; duration {{ {duration} }}; }}\n",
         // The last one is joint.
         if i == N_ACTIONS - 1 { ", Agent B" } else { "" }
     )
@@ -227,18 +249,26 @@ fn initial(c: &mut Choices<'_>) -> String {
     let values = [
         "H.helper = R; ",
         "H.holds = CUP; ",
+        "CUP.done = true; ",
+        "H.count = 0; ",
         "CUP.at = TABLE; ",
         "BOX.at = SHELF; ",
         "BOX.users <<= H; ",
-        "CUP.done = true; ",
-        "H.count = 0; ",
     ];
-    values.iter().filter(|_| c.below(2) == 1).copied().collect()
+    let plain = if c.kind == Kind::Symbolic { values.len() } else { 4 };
+    values[..plain].iter().filter(|_| c.below(2) == 1).copied().collect()
 }
 
 /// Returns a domain whose task is `Do0(R, CUP)`.
-pub fn domain(choices: &[u16]) -> String {
-    let c = &mut Choices(choices.iter());
+pub fn domain(choices: &[u16], kind: Kind) -> String {
+    let c = &mut Choices {
+        left: choices.iter(),
+        kind,
+    };
+    let (on, reachable) = match kind {
+        Kind::Symbolic => ("", ""),
+        Kind::Geometric | Kind::Eager => ("= fact isOn", "= fact isReachable"),
+    };
     let methods: String = (0..N_METHODS).map(|i| method(i, c)).collect();
     let actions: String = (0..N_ACTIONS).map(|i| action(i, c)).collect();
     let initial = initial(c);
@@ -247,7 +277,7 @@ pub fn domain(choices: &[u16]) -> String {
   define entityType Object;
   define entityType Place;
   define entityAttributes Agent {{ dynamic atom Object holds; dynamic atom Agent helper; dynamic atom number count; }}
-  define entityAttributes Object {{ dynamic atom Place at; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users; }}
+  define entityAttributes Object {{ dynamic atom Place at {on}; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users {reachable}; }}
   R = new Agent; H = new Agent; CUP = new Object; BOX = new Object; TABLE = new Place; SHELF = new Place;
   CUP.weight = 2; BOX.weight = 1; R.count = 2; H.count = 3; R.helper = H; R.holds = BOX; {initial}
 }}
@@ -255,4 +285,32 @@ HTN {{
 {actions}{methods}}}
 "
     )
+}
+
+/// Returns what geometry says to each call that such a domain can make: none to three solutions, each with a cost of 0 to
+/// 4 and changes of what the shared attributes read.
+pub fn reasoner(choices: &[u16]) -> Scripted {
+    let c = &mut Choices {
+        left: choices.iter(),
+        kind: Kind::Geometric,
+    };
+    let world = |c: &mut Choices<'_>| {
+        let places = ["CUP.at = TABLE, ", "CUP.at =, ", "BOX.at = SHELF, ", "BOX.at = TABLE, "];
+        let users = [
+            "CUP.users = R, ",
+            "CUP.users =, ",
+            "BOX.users = R H, ",
+            "BOX.users = H, ",
+        ];
+        c.some(2, |c| c.one(&places).to_owned()) + &c.some(2, |c| c.one(&users).to_owned())
+    };
+    let mut reasoner = Scripted::new(&world(c), &["isOn", "isReachable"]);
+    for agent in ["R", "H"] {
+        for object in ["CUP", "BOX"] {
+            let n = 3 - c.below(4);
+            let solutions = (0..n).map(|_| solution(c.below(5) as f64, c.below(3) as f64, &world(c)));
+            reasoner = reasoner.with(&format!("pick({agent}, {object})"), solutions.collect());
+        }
+    }
+    reasoner
 }
