@@ -3,14 +3,23 @@
 //! `ok` has no problems and `bad` has one, judged before any snapshot is compared. Write snapshots with
 //! `INSTA_UPDATE=always cargo test --test suite`, and read them.
 //!
+//! A `plan` case is a TOML file: `domain`, `world`, `expect` ("plan" or "no plan") and optionally `task`, `seed`, `branching`,
+//! `best`, `actions`, `at_least_alternatives`; every plan found is accepted by the validator before its snapshot is compared.
+//!
 //! A `check` case may begin with lines that stand for a world file:
 //! `//# entity CUP Object`, `//# agent PR2 [TYPE]`, `//# shared Object.isOn isOn`, `//# value CUP.weight 0.3`
 //! (words apart from the first two are an array after `[`), and `//# goal Pick(PR2, CUP)`.
 
+mod planning;
+
+use std::fmt::Write;
 use std::path::Path;
 
+use planning::Case;
 use sgap::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use sgap::diag::{Problems, render};
+use sgap::engine::Ending;
+use sgap::report::text;
 use sgap::source::{FileId, Sources, Span};
 use sgap::{ir, syntax};
 
@@ -224,6 +233,109 @@ fn domains(path: &Path) -> Outcome {
     Ok(())
 }
 
+/// What a plan case says: input, settings, and what must come out whatever the snapshot says.
+struct Expected {
+    table: toml::Table,
+}
+
+impl Expected {
+    fn text(&self, key: &str) -> Option<&str> {
+        self.table.get(key).and_then(toml::Value::as_str)
+    }
+
+    fn number(&self, key: &str) -> Option<u64> {
+        self.table
+            .get(key)
+            .and_then(toml::Value::as_integer)
+            .and_then(|n| u64::try_from(n).ok())
+    }
+}
+
+const PLAN_KEYS: [&str; 9] = [
+    "domain",
+    "world",
+    "task",
+    "seed",
+    "branching",
+    "best",
+    "expect",
+    "actions",
+    "at_least_alternatives",
+];
+
+/// Plans twice with the same bytes; what is expected holds; the snapshot is the plan, or why there is none.
+fn plan(path: &Path) -> Outcome {
+    let expected = Expected {
+        table: std::fs::read_to_string(path)?.parse()?,
+    };
+    if let Some(key) = expected.table.keys().find(|k| !PLAN_KEYS.contains(&k.as_str())) {
+        panic!("a plan case has no key `{key}`");
+    }
+    let domain = expected.text("domain").ok_or("a case names its domain")?;
+    let world = expected.text("world").ok_or("a case names its world")?;
+    let defaults = Case::new(domain, world);
+    let case = Case {
+        task: expected.text("task"),
+        seed: expected.number("seed").unwrap_or(defaults.seed),
+        branching: expected
+            .number("branching")
+            .map_or(Ok(defaults.branching), u32::try_from)?,
+        best: expected
+            .table
+            .get("best")
+            .and_then(toml::Value::as_bool)
+            .unwrap_or(defaults.best),
+        ..defaults
+    };
+    let (planned, again) = (planning::plan(&case), planning::plan(&case));
+    assert_eq!(planned.json, again.json, "same input, same seed, same bytes");
+    let outcome = &planned.outcome;
+    let mut shown = String::new();
+    match (expected.text("expect"), &planned.plan) {
+        (Some("plan"), Some(plan)) => {
+            if let Some(n) = expected.number("actions") {
+                assert_eq!(plan.actions.len() as u64, n, "actions");
+            }
+            shown.push_str(&text::plan(plan));
+            shown.push_str("\nlinks\n");
+            for link in &plan.links {
+                writeln!(
+                    shown,
+                    "  {} -> {}  {}",
+                    link.before,
+                    link.after,
+                    serde_json::to_string(&link.reasons)?
+                )?;
+            }
+            shown.push_str("\nchanges\n");
+            for action in &plan.actions {
+                for (slot, value) in &action.changes {
+                    writeln!(shown, "  {}  {slot} = {value}", action.index)?;
+                }
+            }
+        }
+        (Some("no plan"), None) => {
+            assert!(!matches!(outcome.ending, Ending::FirstPlan), "an ending without a plan");
+            shown.push_str(&text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not));
+        }
+        (expect, plan) => panic!("expected {expect:?}, found a plan: {}", plan.is_some()),
+    }
+    if let Some(n) = expected.number("at_least_alternatives") {
+        assert!(
+            outcome.statistics.alternatives >= n,
+            "{} alternatives",
+            outcome.statistics.alternatives
+        );
+    }
+    let counts = &outcome.statistics;
+    writeln!(
+        shown,
+        "\nsearch\n  {} expansions, {} backtracks, {} actions computed, {} alternatives",
+        counts.expansions, counts.backtracks, counts.projections, counts.alternatives
+    )?;
+    snapshot(path, &shown)
+}
+
 datatest_stable::harness! {
     { test = parse_ok, root = "tests/suite/parse/ok", pattern = r"\.hatp$" },
     { test = parse_bad, root = "tests/suite/parse/bad", pattern = r"\.hatp$" },
@@ -233,5 +345,5 @@ datatest_stable::harness! {
     { test = documented, root = "src/check", pattern = r"\.rs$" },
     { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },
     { test = domains, root = "domains", pattern = r"\.hatp$" },
-    // Folders of other rooms (plan ...) go here, one line each.
+    { test = plan, root = "tests/suite/plan", pattern = r"\.toml$" },
 }

@@ -240,6 +240,11 @@ pub(super) fn is_visible(scene: &Scene, prepared: &Prepared, state: &State, obje
     !points.is_empty() && seen >= VISIBLE_SHARE * all
 }
 
+/// Returns the number of points along a side of that half length: about one every 5 cm, few enough to stay fast.
+fn grid(half: f64) -> u32 {
+    (half / 0.025).ceil().clamp(3.0, 8.0) as u32
+}
+
 /// Returns points spread over the surfaces of an object's parts, in its frame [m], each with the area that it stands for [m^2].
 fn surface_points(object: &Object) -> Vec<(Vec3, f64)> {
     use std::f64::consts::{PI, TAU};
@@ -250,16 +255,17 @@ fn surface_points(object: &Object) -> Vec<(Vec3, f64)> {
             Shape::Box { half } => {
                 for axis in 0..3 {
                     let (u_axis, v_axis) = ((axis + 1) % 3, (axis + 2) % 3);
-                    let area = 4.0 * half[u_axis] * half[v_axis] / 9.0;
-                    for side in [-1.0, 1.0] {
-                        for u in [-2.0 / 3.0, 0.0, 2.0 / 3.0] {
-                            for v in [-2.0 / 3.0, 0.0, 2.0 / 3.0] {
-                                let mut p = Vec3::zeros();
-                                p[axis] = side * half[axis];
-                                p[u_axis] = u * half[u_axis];
-                                p[v_axis] = v * half[v_axis];
-                                add(p, area);
-                            }
+                    let (n, m) = (grid(half[u_axis]), grid(half[v_axis]));
+                    let area = 4.0 * half[u_axis] * half[v_axis] / f64::from(n * m);
+                    // Middles of the cells of a grid over the face.
+                    let at = |i: u32, n: u32, half: f64| half * ((2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0);
+                    for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
+                        for side in [-1.0, 1.0] {
+                            let mut p = Vec3::zeros();
+                            p[axis] = side * half[axis];
+                            p[u_axis] = at(i, n, half[u_axis]);
+                            p[v_axis] = at(j, m, half[v_axis]);
+                            add(p, area);
                         }
                     }
                 }

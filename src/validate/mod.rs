@@ -94,7 +94,7 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "valid: {} actions, {} tasks, {} trajectories, {} configurations, {} pairs of bodies, {} grips, {} facts",
+            "{} actions, {} tasks, {} trajectories, {} configurations, {} pairs of bodies, {} grips, {} facts",
             self.actions, self.tasks, self.trajectories, self.configurations, self.pairs, self.attachments, self.facts
         )
     }

@@ -25,6 +25,8 @@ const LONGEST: f64 = 0.4;
 /// When a grasp counts as reached ([m], [rad]), and a point [m].
 const AT_POSE: (f64, f64) = (0.001, 0.01);
 const AT_POINT: f64 = 0.01;
+/// How far from a configuration that collides another one is looked for [rad or m].
+const NEAR: f64 = 0.5;
 /// Restarts that every target gets, however many there are.
 const LEAST_RESTARTS: usize = 4;
 
@@ -91,14 +93,25 @@ pub(super) fn search(
     if targets.is_empty() {
         return search;
     }
+    // By target, the last configuration that reaches it but collides.
+    let mut blocked: Vec<Option<Vec<f64>>> = vec![None; targets.len()];
     for restart in 0..budget {
-        let (arm, chain, target) = &targets[restart % targets.len()];
-        let seed = chain.seed(&state.agents[agent].q, restart / targets.len());
+        let at = restart % targets.len();
+        let (arm, chain, target) = &targets[at];
+        let round = restart / targets.len();
+        // HEURISTIC: what is free is often near to what only just collides; every other round looks there.
+        let seed = match &blocked[at] {
+            Some(q) if until == Until::Found && round % 2 == 1 => chain.near(q, round),
+            _ => chain.seed(&state.agents[agent].q, round),
+        };
         search.restarts += 1;
         let Some(q) = chain.descend(seed, target) else {
             continue;
         };
         let margin = stance(bodies, state, agent, *arm, object, &q, settings);
+        if margin.is_none() {
+            blocked[at] = Some(q);
+        }
         search.found |= margin.is_some();
         search.clear += usize::from(margin == Some(true));
         if search.found && until == Until::Found {
@@ -278,6 +291,18 @@ impl<'a> Chain<'a> {
         q
     }
 
+    /// Returns a configuration within [`NEAR`] of another.
+    fn near(&self, q: &[f64], index: usize) -> Vec<f64> {
+        let spread = self.seed(q, index.max(2));
+        let mut near = q.to_vec();
+        for dof in &self.arm.dofs {
+            let limits = &self.tree.dofs[*dof];
+            let step = (spread[*dof] - q[*dof]).clamp(-NEAR, NEAR);
+            near[*dof] = (q[*dof] + step).max(limits.lower).min(limits.upper);
+        }
+        near
+    }
+
     /// Returns the tool's pose and, by joint that moves, its dof and the tool's velocity per unit of it.
     fn forward(&self, q: &[f64]) -> (Pose, Vec<(usize, Vector6<f64>)>) {
         let mut X = self.X_WK;
@@ -328,8 +353,8 @@ impl<'a> Chain<'a> {
                 }
                 Target::Point(p) => {
                     let v = p - X_WT.translation.vector;
-                    // Half of the tolerance, so that rounding never decides.
-                    if v.norm() <= 0.5 * AT_POINT {
+                    // A solver that stops at the very tolerance is right, too.
+                    if v.norm() <= AT_POINT + 1e-6 {
                         return Some(q);
                     }
                     Vector6::new(v.x, v.y, v.z, 0.0, 0.0, 0.0)

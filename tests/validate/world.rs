@@ -255,6 +255,6 @@ pub fn world() -> World {
         task: None,
         shared: vec![],
         values: vec![],
-        spans: Vec::new(),
+        spans: vec![],
     }
 }
