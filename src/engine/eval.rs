@@ -26,6 +26,28 @@ pub(super) struct Context<'a> {
     pub missed: Vec<SlotId>,
 }
 
+/// Returns a frame with the arguments first and the other variables unset.
+pub(super) fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
+    let mut frame = args.to_vec();
+    frame.resize(n_vars.max(args.len()), Value::Null);
+    frame
+}
+
+impl<'a> Context<'a> {
+    /// Returns a context with no projection at hand.
+    pub fn new(domain: &'a Domain, state: &'a mut State, reasoner: &'a mut dyn Reasoner) -> Self {
+        Context {
+            domain,
+            state,
+            reasoner,
+            reads: Vec::new(),
+            projection: (0.0, 0.0),
+            is_late: false,
+            missed: Vec::new(),
+        }
+    }
+}
+
 impl Context<'_> {
     /// Returns the value of a slot, read from geometry if need be.
     pub fn slot(&mut self, slot: SlotId) -> Value {

@@ -12,7 +12,8 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::eval::Context;
+use super::changes::changes;
+use super::eval::{Context, frame};
 use super::explain::failed_literal;
 use super::reasoner::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
 use super::state::{State, TrailMark};
@@ -218,15 +219,7 @@ pub fn solve(
     let mut state = State::new(domain, &shared);
     let start_world = reasoner.save();
     let mut search = Search {
-        context: Context {
-            domain,
-            state: &mut state,
-            reasoner,
-            reads: Vec::new(),
-            projection: (0.0, 0.0),
-            is_late: false,
-            missed: Vec::new(),
-        },
+        context: Context::new(domain, &mut state, reasoner),
         settings,
         shared: &shared,
         cells: Vec::new(),
@@ -814,12 +807,13 @@ impl Search<'_> {
 
     /// Keeps the plan at hand, with what each step changed, as the best one.
     fn record(&mut self, on_plan: &mut dyn FnMut(&Found, &Statistics)) {
+        let domain = self.context.domain;
         self.statistics.plans += 1;
         let mut steps = self.steps.clone();
         // What an action without geometry says of a shared attribute, the next projection overrides: that is a write too,
         // even where the value happens to stay.
         let said = steps.iter().filter(|s| s.gas.is_none()).flat_map(|s| &s.writes);
-        let said: BTreeSet<SlotId> = said.copied().filter(|s| self.shared.contains(s)).collect();
+        let said: BTreeSet<SlotId> = said.copied().filter(|s| self.shared.binary_search(s).is_ok()).collect();
         for step in steps.iter_mut().filter(|s| s.gas.is_some()) {
             step.writes.extend(&said);
             step.writes.sort();
@@ -829,66 +823,12 @@ impl Search<'_> {
             steps,
             tree: Tree(self.nodes.clone()),
             cost: self.cost,
-            changes: self.changes(),
+            changes: changes(domain, self.shared, &self.steps, self.context.reasoner),
         };
         on_plan(&found, &self.statistics);
         self.best = Some(found);
-    }
-
-    /// Runs the plan at hand once more from the start, reading every shared attribute after every step.
-    fn changes(&mut self) -> Vec<Vec<(SlotId, Value)>> {
-        let domain = self.context.domain;
-        let world = self.context.reasoner.save();
-        self.context.reasoner.rewind();
-        let mut state = State::new(domain, self.shared);
-        let mut context = Context {
-            domain,
-            state: &mut state,
-            reasoner: &mut *self.context.reasoner,
-            reads: Vec::new(),
-            projection: (0.0, 0.0),
-            is_late: false,
-            missed: Vec::new(),
-        };
-        let all: Vec<SlotId> = (0..domain.slots.len()).map(|i| SlotId(i as u32)).collect();
-        let mut before: Vec<Value> = all.iter().map(|s| context.slot(*s)).collect();
-        let mut changes = Vec::with_capacity(self.steps.len());
-        for step in &self.steps {
-            let action = &domain.actions[step.action.index()];
-            let mut frame = frame(&step.args, action.n_vars);
-            let mut writes = Vec::new();
-            context.projection = step.geometric;
-            context.apply(&action.effects, &mut frame, &mut writes);
-            if let Some(gas) = step.gas {
-                context.reasoner.replay(gas);
-                for slot in self.shared {
-                    context.state.forget(*slot);
-                }
-                writes.extend_from_slice(self.shared);
-            }
-            writes.sort();
-            writes.dedup();
-            let mut changed = Vec::new();
-            for slot in writes {
-                let value = context.slot(slot);
-                if value != before[slot.index()] {
-                    before[slot.index()] = value.clone();
-                    changed.push((slot, value));
-                }
-            }
-            changes.push(changed);
-        }
-        self.context.reasoner.restore(world);
-        changes
     }
 }
 
 /// Plans whose costs differ by less are equally good.
 const COST_TOLERANCE: f64 = 1e-9;
-
-/// Returns a frame with the arguments first and the other variables unset.
-fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
-    let mut frame = args.to_vec();
-    frame.resize(n_vars.max(args.len()), Value::Null);
-    frame
-}
