@@ -177,7 +177,7 @@ const DAMAGES: &[Damage] = &[
     ),
     (
         "the tree applies a decomposition that does not exist",
-        |plan| plan.decomposition.decomposition = Some(7),
+        |plan| plan.decomposition[0].decomposition = Some(7),
         "no-such-decomposition",
         None,
     ),

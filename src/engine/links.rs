@@ -5,7 +5,7 @@
 //! Starts are the longest paths over links and streams: one action at a time per agent (thesis 4.3.2).
 
 use indexmap::IndexMap;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::explain::slot_name;
 use super::reasoner::GasRef;
@@ -21,7 +21,7 @@ pub fn document(
     seed: u64,
     geometry: &dyn Fn(GasRef) -> Option<Geometry>,
 ) -> Plan {
-    let links = reduce(found.steps.len(), dependencies(found, domain));
+    let links = reduce(&dependencies(found, domain), &ordered_before(found, domain));
     let agents: Vec<Vec<EntityId>> = (0..found.steps.len()).map(|i| agents(found, domain, i)).collect();
     let mut streams: IndexMap<String, Vec<usize>> = IndexMap::new();
     let mut free_at: BTreeMap<EntityId, f64> = BTreeMap::new();
@@ -104,7 +104,7 @@ fn agents(found: &Found, domain: &Domain, index: usize) -> Vec<EntityId> {
     agents
 }
 
-/// Reasons by (before, after).
+/// Reasons by (before, after), but for the domain's order.
 type Dependencies = BTreeMap<(usize, usize), Vec<LinkReason>>;
 
 fn dependencies(found: &Found, domain: &Domain) -> Dependencies {
@@ -147,126 +147,125 @@ fn dependencies(found: &Found, domain: &Domain) -> Dependencies {
             add(before, index, LinkReason::Motion);
         }
     }
-    for (before, after) in ordered_leaves(found, domain) {
-        add(before, after, LinkReason::Order);
-    }
     all
 }
 
-/// Returns the pairs of steps that the domain orders: their ancestors are ordered subtasks of one decomposition.
-fn ordered_leaves(found: &Found, domain: &Domain) -> Vec<(usize, usize)> {
-    let nodes = &found.tree.0;
-    // Steps under each child of each node, in order of execution.
-    let mut under: BTreeMap<usize, BTreeMap<usize, Vec<usize>>> = BTreeMap::new();
-    for (index, step) in found.steps.iter().enumerate() {
-        let mut node = step.node;
-        while let Some(parent) = nodes[node].parent {
-            under
-                .entry(parent)
-                .or_default()
-                .entry(nodes[node].subtask)
-                .or_default()
-                .push(index);
-            node = parent;
+/// A set of steps, one bit each.
+#[derive(Debug, Clone)]
+struct Steps(Vec<u64>);
+
+impl Steps {
+    fn none(n: usize) -> Self {
+        Steps(vec![0; n.div_ceil(64)])
+    }
+
+    fn insert(&mut self, step: usize) {
+        self.0[step / 64] |= 1 << (step % 64);
+    }
+
+    fn contains(&self, step: usize) -> bool {
+        self.0[step / 64] >> (step % 64) & 1 == 1
+    }
+
+    fn extend(&mut self, more: &Steps) {
+        for (word, more) in self.0.iter_mut().zip(&more.0) {
+            *word |= more;
         }
     }
-    let mut pairs = Vec::new();
-    for (node, by_subtask) in under {
-        let (TaskId::Method(method), Some(decomposition)) = (nodes[node].task, nodes[node].decomposition) else {
-            continue;
-        };
-        let subtasks = &domain.methods[method.index()].decompositions[decomposition].subtasks;
-        // What comes before a subtask that needs no action comes before its successors all the same.
-        let all_before = |subtask: usize| {
-            let (mut found, mut open) = (BTreeSet::new(), subtasks[subtask].after.clone());
-            while let Some(before) = open.pop() {
-                if found.insert(before) {
-                    open.extend(&subtasks[before].after);
-                }
-            }
-            found
-        };
-        for (after, steps_after) in &by_subtask {
-            for before in &all_before(*after) {
-                let steps_before = by_subtask.get(before).map_or(&[][..], Vec::as_slice);
-                pairs.extend(
-                    steps_before
-                        .iter()
-                        .flat_map(|b| steps_after.iter().map(move |a| (*b, *a))),
-                );
-            }
-        }
+
+    /// Returns the latest step that is not in `others`.
+    fn last_outside(&self, others: &Steps) -> Option<usize> {
+        let words = self.0.iter().zip(&others.0).enumerate().rev();
+        words
+            .map(|(i, (word, other))| (i, word & !other))
+            .find(|(_, rest)| *rest != 0)
+            .map(|(i, rest)| 64 * i + 63 - rest.leading_zeros() as usize)
     }
-    pairs
 }
 
-/// Keeps the links that no chain of others implies.
-fn reduce(n: usize, all: Dependencies) -> Vec<Link> {
-    let mut before: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for (b, a) in all.keys() {
-        before[*a].push(*b);
+/// Returns for each step the steps that the domain orders before it: their ancestors are ordered subtasks of one
+/// decomposition.
+///
+/// The pairs of a long chain are too many to be listed; a node has what its parent has and what its own order adds.
+fn ordered_before(found: &Found, domain: &Domain) -> Vec<Steps> {
+    let (Tree(nodes), n) = (&found.tree, found.steps.len());
+    // One past the last node of each subtree: nodes stand after their parents.
+    let mut end: Vec<usize> = (1..=nodes.len()).collect();
+    for i in (0..nodes.len()).rev() {
+        if let Some(parent) = nodes[i].parent {
+            end[parent] = end[parent].max(end[i]);
+        }
     }
-    let words = n.div_ceil(64);
-    let mut ancestors: Vec<Vec<u64>> = Vec::with_capacity(n);
-    let mut keep = Vec::new();
-    for (after, direct) in before.iter_mut().enumerate() {
-        let mut known = vec![0u64; words];
+    // Steps stand in the order of their leaves.
+    let first_step = |node: usize| found.steps.partition_point(|step| step.node < node);
+    let mut node_of: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    let mut before: Vec<Steps> = Vec::with_capacity(nodes.len());
+    for (i, node) in nodes.iter().enumerate() {
+        let mut own = Steps::none(n);
+        if let Some(parent) = node.parent {
+            own.extend(&before[parent]);
+            node_of.insert((parent, node.subtask), i);
+            if let (TaskId::Method(method), Some(decomposition)) = (nodes[parent].task, nodes[parent].decomposition) {
+                let subtasks = &domain.methods[method.index()].decompositions[decomposition].subtasks;
+                for sibling in subtasks[node.subtask]
+                    .after
+                    .iter()
+                    .filter_map(|s| node_of.get(&(parent, *s)))
+                {
+                    // What comes before a subtask that needs no action comes before its successors all the same.
+                    own.extend(&before[*sibling]);
+                    (first_step(*sibling)..first_step(end[*sibling])).for_each(|step| own.insert(step));
+                }
+            }
+        }
+        before.push(own);
+    }
+    found.steps.iter().map(|step| before[step.node].clone()).collect()
+}
+
+/// Keeps the links that no chain of others implies, with their reasons.
+fn reduce(dependencies: &Dependencies, ordered: &[Steps]) -> Vec<Link> {
+    let n = ordered.len();
+    let mut direct = ordered.to_vec();
+    for (before, after) in dependencies.keys() {
+        direct[*after].insert(*before);
+    }
+    let mut ancestors: Vec<Steps> = Vec::with_capacity(n);
+    let mut links = Vec::new();
+    for (after, direct) in direct.iter().enumerate() {
+        let mut known = Steps::none(n);
         // Latest first: an earlier one that is an ancestor of a later one is implied.
-        direct.sort_by_key(|b| std::cmp::Reverse(*b));
-        for b in direct.iter() {
-            if known[b / 64] >> (b % 64) & 1 == 0 {
-                keep.push((*b, after));
+        while let Some(before) = direct.last_outside(&known) {
+            known.insert(before);
+            known.extend(&ancestors[before]);
+            let mut reasons = dependencies.get(&(before, after)).cloned().unwrap_or_default();
+            if ordered[after].contains(before) {
+                reasons.push(LinkReason::Order);
             }
-            known[b / 64] |= 1 << (b % 64);
-            for (word, more) in known.iter_mut().zip(&ancestors[*b]) {
-                *word |= more;
-            }
+            links.push(Link { before, after, reasons });
         }
         ancestors.push(known);
     }
-    keep.sort();
-    keep.into_iter()
-        .map(|(before, after)| Link {
-            before,
-            after,
-            reasons: all.get(&(before, after)).cloned().unwrap_or_default(),
-        })
-        .collect()
+    links.sort_by_key(|link| (link.before, link.after));
+    links
 }
 
-/// Returns the tree with children in the order of execution. Bottom up: nodes come after their parents in the arena.
-fn decomposition(found: &Found, domain: &Domain) -> Node {
+/// Returns the tree's nodes, in their order.
+fn decomposition(found: &Found, domain: &Domain) -> Vec<Node> {
     let Tree(nodes) = &found.tree;
     let mut action_of: BTreeMap<usize, usize> = BTreeMap::new();
     for (index, step) in found.steps.iter().enumerate() {
         action_of.insert(step.node, index);
     }
-    let mut built: Vec<Option<Node>> = nodes
+    nodes
         .iter()
         .enumerate()
-        .map(|(i, n)| {
-            Some(Node {
-                task: domain.task_name(n.task).to_owned(),
-                arguments: show_all(domain, &n.args),
-                decomposition: n.decomposition,
-                action: action_of.get(&i).copied(),
-                children: Vec::new(),
-            })
+        .map(|(i, n)| Node {
+            task: domain.task_name(n.task).to_owned(),
+            arguments: show_all(domain, &n.args),
+            parent: n.parent,
+            decomposition: n.decomposition,
+            action: action_of.get(&i).copied(),
         })
-        .collect();
-    for i in (1..nodes.len()).rev() {
-        let child = built[i].take();
-        if let (Some(child), Some(parent)) = (child, nodes[i].parent)
-            && let Some(parent) = &mut built[parent]
-        {
-            parent.children.insert(0, child);
-        }
-    }
-    built[0].take().unwrap_or(Node {
-        task: String::new(),
-        arguments: Vec::new(),
-        decomposition: None,
-        action: None,
-        children: Vec::new(),
-    })
+        .collect()
 }

@@ -99,7 +99,8 @@ pub struct Step {
     pub node: usize,
 }
 
-/// The decomposition tree; node 0 is the task asked for.
+/// The decomposition tree in the order of execution: node 0 is the task asked for, a node stands before its children, and
+/// all of a subtree before the next sibling.
 #[derive(Debug, Clone, Default)]
 pub struct Tree(pub Vec<TreeNode>);
 

@@ -28,8 +28,9 @@ pub struct Plan {
     pub streams: IndexMap<String, Vec<usize>>,
     /// What must be over before what (transitive reduction).
     pub links: Vec<Link>,
-    /// How the task was decomposed.
-    pub decomposition: Node,
+    /// How the task was decomposed: a tree, its nodes in the order of execution. The root, the task itself, is node 0; a
+    /// node stands before its children, and all of a subtree before the next sibling.
+    pub decomposition: Vec<Node>,
 }
 
 /// One action.
@@ -212,18 +213,19 @@ pub enum LinkReason {
     Motion,
 }
 
-/// A task in the decomposition tree.
+/// A task in the decomposition tree. The tree is a list, so that no reader has to follow a recursive method down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Node {
     pub task: String,
     pub arguments: Vec<String>,
+    /// The index of the node that has this one as a subtask; `None` for the root alone.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub parent: Option<usize>,
     /// Which decomposition of the method was applied, from 0; `None` for an action, and where the method's goal held.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub decomposition: Option<usize>,
     /// The action's index in the plan.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub action: Option<usize>,
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub children: Vec<Node>,
 }

@@ -1,9 +1,12 @@
 //! Checks that the tree is a decomposition of the goal task that yields the plan's actions, in order.
 //!
 //! The document does not say which entities the variables of a decomposition (SELECT, `let`) stood for, so they are
-//! searched for: some choice that passes the filters must give the subtasks that are there. Children stand in the order
-//! of execution and each is one block (no interleaving). A subtask's arguments are read in the state in which it is
-//! reached, its variables in the one in which its task was decomposed.
+//! searched for: some choice that passes the filters must give the subtasks that are there. Nodes stand in the order of
+//! execution, a task's before its subtasks', and each subtask is one block (no interleaving). A subtask's arguments are
+//! read in the state in which it is reached, its variables in the one in which its task was decomposed.
+//!
+//! One pass over the nodes; the tasks from the root down to the node at hand are on a stack of its own, so a tree may be
+//! as deep as it likes.
 
 use super::{
     Settings,
@@ -13,9 +16,6 @@ use super::{
 };
 use crate::ir::{Binder, Decomposition, Domain, Goal, SelectOrder, TaskId, Value};
 use crate::plan::Node;
-
-/// A tree deeper than this is refused, so that the walk never exhausts the stack.
-const MAX_DEPTH: usize = 1000;
 
 /// What the walk needs to know.
 pub(super) struct Replayed<'a> {
@@ -34,8 +34,24 @@ struct Child {
     at: usize,
 }
 
+/// A task whose subtasks are being looked at.
+struct Open<'a> {
+    /// Its node's index.
+    node: usize,
+    goal: Goal,
+    /// Which decomposition of its method was applied.
+    index: usize,
+    decomposition: &'a Decomposition,
+    /// Its arguments, and room for its variables.
+    frame: Vec<Value>,
+    /// How many actions were done when it was decomposed.
+    start: usize,
+    children: Vec<Child>,
+}
+
 /// Checks the tree and returns its number of nodes.
-pub(super) fn check(replayed: &Replayed<'_>, root: &Node, goal: &Goal) -> Checked<usize> {
+pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Checked<usize> {
+    let root = nodes.first().ok_or_else(|| shape("the tree has no nodes"))?;
     let domain = replayed.domain;
     let found = notation::task(domain, &root.task, &root.arguments)?;
     if found != *goal {
@@ -45,121 +61,178 @@ pub(super) fn check(replayed: &Replayed<'_>, root: &Node, goal: &Goal) -> Checke
         }
         .into());
     }
-    let (mut done, mut nodes) = (0, 0);
-    walk(replayed, root, &found, &mut done, &mut nodes, 0)?;
-    if done != replayed.actions.len() {
+    let mut walk = Walk {
+        replayed,
+        path: Vec::new(),
+        done: 0,
+    };
+    walk.nodes(nodes).map_err(|fault| walk.on_path(fault))?;
+    if walk.done != replayed.actions.len() {
         return Err(Kind::Leaves {
-            expected: done,
+            expected: walk.done,
             found: "missing".to_owned(),
         }
         .into());
     }
-    Ok(nodes)
-}
-
-fn walk(
-    replayed: &Replayed<'_>,
-    node: &Node,
-    goal: &Goal,
-    done: &mut usize,
-    nodes: &mut usize,
-    depth: usize,
-) -> Checked<()> {
-    *nodes += 1;
-    let text = notation::show_task(replayed.domain, goal.task, &goal.args);
-    let inner = match goal.task {
-        TaskId::Action(_) => leaf(replayed, node, goal, done),
-        TaskId::Method(_) if depth >= MAX_DEPTH => Err(Kind::NodeShape {
-            what: "the tree is too deep",
-        }
-        .into()),
-        TaskId::Method(_) => compound(replayed, node, goal, done, nodes, depth),
-    };
-    inner.map_err(|f| f.under_task(&text))
+    Ok(nodes.len())
 }
 
 fn shape(what: &'static str) -> Fault {
     Kind::NodeShape { what }.into()
 }
 
-fn leaf(replayed: &Replayed<'_>, node: &Node, goal: &Goal, done: &mut usize) -> Checked<()> {
-    if node.decomposition.is_some() || !node.children.is_empty() {
-        return Err(shape("an action has neither decomposition nor children"));
-    }
-    let index = node.action.ok_or_else(|| shape("an action needs its index"))?;
-    let action = replayed
-        .actions
-        .get(index)
-        .filter(|_| index == *done)
-        .ok_or_else(|| Kind::Leaves {
-            expected: *done,
-            found: format!("action {index}"),
-        })?;
-    if action != goal {
-        return Err(Kind::LeafMismatch {
-            leaf: notation::show_task(replayed.domain, goal.task, &goal.args),
-            action: notation::show_task(replayed.domain, action.task, &action.args),
-        }
-        .into());
-    }
-    *done += 1;
-    Ok(())
+/// Where the pass over the nodes is.
+struct Walk<'a> {
+    replayed: &'a Replayed<'a>,
+    /// The tasks at work, the root first; each is a subtask of the one before it.
+    path: Vec<Open<'a>>,
+    /// How many actions are done.
+    done: usize,
 }
 
-fn compound(
-    replayed: &Replayed<'_>,
-    node: &Node,
-    goal: &Goal,
-    done: &mut usize,
-    nodes: &mut usize,
-    depth: usize,
-) -> Checked<()> {
-    let domain = replayed.domain;
-    let TaskId::Method(method) = goal.task else {
-        return Err(shape("a compound task is needed"));
-    };
-    let method = &domain.methods[method.index()];
-    if node.action.is_some() {
-        return Err(shape("a compound task is no action"));
+impl<'a> Walk<'a> {
+    /// Returns the fault as one under the tasks at work.
+    fn on_path(&self, fault: Fault) -> Fault {
+        self.path.iter().rev().fold(fault, |fault, open| {
+            fault.under_task(&notation::show_task(
+                self.replayed.domain,
+                open.goal.task,
+                &open.goal.args,
+            ))
+        })
     }
-    let start = *done;
-    let view = View::new(domain, &replayed.states[start]);
-    let mut frame = goal.args.clone();
-    frame.resize(method.n_vars.max(goal.args.len()), Value::Null);
-    let reached = method.goal.as_ref().map(|test| view.failing(test, &mut frame));
-    let Some(index) = node.decomposition else {
-        return match reached {
-            _ if !node.children.is_empty() => Err(shape("children but no decomposition")),
-            None => Err(shape("the task has no goal that could hold")),
-            Some(Some(test)) => Err(Kind::GoalNotHeld { test }.into()),
-            Some(None) => Ok(()),
+
+    /// Looks at all nodes, in order. A fault is one under the path as it is then.
+    fn nodes(&mut self, nodes: &[Node]) -> Checked<()> {
+        let domain = self.replayed.domain;
+        for (i, node) in nodes.iter().enumerate() {
+            self.go_up_to(i, node)?;
+            let goal = notation::task(domain, &node.task, &node.arguments)?;
+            if let Some(parent) = self.path.last_mut() {
+                let (goal, at) = (goal.clone(), self.done);
+                parent.children.push(Child { goal, at });
+            }
+            let has_children = nodes.get(i + 1).is_some_and(|next| next.parent == Some(i));
+            let text = || notation::show_task(domain, goal.task, &goal.args);
+            match goal.task {
+                TaskId::Action(_) => self
+                    .leaf(node, &goal, has_children)
+                    .map_err(|fault| fault.under_task(&text()))?,
+                TaskId::Method(_) => {
+                    let open = self
+                        .compound(i, node, &goal, has_children)
+                        .map_err(|fault| fault.under_task(&text()))?;
+                    self.path.extend(open);
+                }
+            }
+        }
+        while let Some(open) = self.path.last_mut() {
+            close(self.replayed, open)?;
+            self.path.pop();
+        }
+        Ok(())
+    }
+
+    /// Ends tasks at work until the last one is the parent of node `i`.
+    fn go_up_to(&mut self, i: usize, node: &Node) -> Checked<()> {
+        let wrong = |what| Err(shape(what).under_task(&format!("{}({})", node.task, node.arguments.join(", "))));
+        match node.parent {
+            None if i == 0 => return Ok(()),
+            Some(_) if i == 0 => return wrong("the first node is the root, which has no parent"),
+            None => return wrong("only the first node has no parent"),
+            // The path goes down the list.
+            Some(parent) if self.path.binary_search_by_key(&parent, |open| open.node).is_err() => {
+                return wrong("its parent is not at work: nodes stand in the order of execution");
+            }
+            Some(_) => {}
+        }
+        while let Some(open) = self.path.last_mut().filter(|open| node.parent != Some(open.node)) {
+            close(self.replayed, open)?;
+            self.path.pop();
+        }
+        Ok(())
+    }
+
+    fn leaf(&mut self, node: &Node, goal: &Goal, has_children: bool) -> Checked<()> {
+        if node.decomposition.is_some() || has_children {
+            return Err(shape("an action has neither decomposition nor children"));
+        }
+        let index = node.action.ok_or_else(|| shape("an action needs its index"))?;
+        let action = self
+            .replayed
+            .actions
+            .get(index)
+            .filter(|_| index == self.done)
+            .ok_or_else(|| Kind::Leaves {
+                expected: self.done,
+                found: format!("action {index}"),
+            })?;
+        if action != goal {
+            return Err(Kind::LeafMismatch {
+                leaf: notation::show_task(self.replayed.domain, goal.task, &goal.args),
+                action: notation::show_task(self.replayed.domain, action.task, &action.args),
+            }
+            .into());
+        }
+        self.done += 1;
+        Ok(())
+    }
+
+    /// Returns the task at work, or `None` if its goal held and there is nothing to do.
+    fn compound(&self, i: usize, node: &Node, goal: &Goal, has_children: bool) -> Checked<Option<Open<'a>>> {
+        let domain = self.replayed.domain;
+        let TaskId::Method(method) = goal.task else {
+            return Err(shape("a compound task is needed"));
         };
-    };
-    if reached == Some(None) {
-        return Err(Kind::GoalHeldAlready {}.into());
+        let method = &domain.methods[method.index()];
+        if node.action.is_some() {
+            return Err(shape("a compound task is no action"));
+        }
+        let view = View::new(domain, &self.replayed.states[self.done]);
+        let mut frame = goal.args.clone();
+        frame.resize(method.n_vars.max(goal.args.len()), Value::Null);
+        let reached = method.goal.as_ref().map(|test| view.failing(test, &mut frame));
+        let Some(index) = node.decomposition else {
+            return match reached {
+                _ if has_children => Err(shape("children but no decomposition")),
+                None => Err(shape("the task has no goal that could hold")),
+                Some(Some(test)) => Err(Kind::GoalNotHeld { test }.into()),
+                Some(None) => Ok(None),
+            };
+        };
+        if reached == Some(None) {
+            return Err(Kind::GoalHeldAlready {}.into());
+        }
+        let decomposition = method.decompositions.get(index).ok_or(Kind::NoSuchDecomposition {
+            index,
+            count: method.decompositions.len(),
+        })?;
+        if let Some(test) = view.failing(&decomposition.preconditions, &mut frame) {
+            return Err(Kind::DecompositionPrecondition { index, test }.into());
+        }
+        Ok(Some(Open {
+            node: i,
+            goal: goal.clone(),
+            index,
+            decomposition,
+            frame,
+            start: self.done,
+            children: Vec::new(),
+        }))
     }
-    let decomposition = method.decompositions.get(index).ok_or(Kind::NoSuchDecomposition {
-        index,
-        count: method.decompositions.len(),
-    })?;
-    if let Some(test) = view.failing(&decomposition.preconditions, &mut frame) {
-        return Err(Kind::DecompositionPrecondition { index, test }.into());
-    }
-    let mut children = Vec::with_capacity(node.children.len());
-    for child in &node.children {
-        let goal = notation::task(domain, &child.task, &child.arguments)?;
-        let at = *done;
-        walk(replayed, child, &goal, done, nodes, depth + 1)?;
-        children.push(Child { goal, at });
-    }
+}
+
+/// Checks that some choice of a task's variables gives the subtasks that it has.
+fn close(replayed: &Replayed<'_>, open: &mut Open<'_>) -> Checked<()> {
     let mut search = Matching {
         replayed,
-        decomposition,
-        children: &children,
-        start,
+        decomposition: open.decomposition,
+        children: &open.children,
+        start: open.start,
         tried: 0,
     };
-    if search.bind(0, &mut frame) {
+    let index = open.index;
+    if search.bind(0, &mut open.frame) {
         return Ok(());
     }
     if search.tried >= replayed.settings.max_bindings {
@@ -169,9 +242,10 @@ fn compound(
         }
         .into());
     }
-    let texts: Vec<String> = children
+    let texts: Vec<String> = open
+        .children
         .iter()
-        .map(|c| notation::show_task(domain, c.goal.task, &c.goal.args))
+        .map(|c| notation::show_task(replayed.domain, c.goal.task, &c.goal.args))
         .collect();
     Err(Kind::Subtasks {
         index,

@@ -144,7 +144,7 @@ kinds! {
     GeometryUnchecked { action: String } = "geometry-unchecked", "no independent definition of the geometric action `{action}`";
 
     // Decomposition.
-    NodeShape { what: &'static str } = "node-shape", "the node is neither an action, nor a decomposed task, nor a goal that held: {what}";
+    NodeShape { what: &'static str } = "node-shape", "the node does not fit into the tree: {what}";
     NoSuchDecomposition { index: usize, count: usize } = "no-such-decomposition",
         "decomposition {index} was applied, the task has {count}";
     DecompositionPrecondition { index: usize, test: String } = "decomposition-precondition",

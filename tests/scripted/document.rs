@@ -104,6 +104,32 @@ fn order_goes_through_a_subtask_that_needs_no_action() {
     assert_eq!(times(&plan), [(0.0, 1.0), (1.0, 2.0)]);
 }
 
+/// A chain of subtrees of several steps: all of one comes before all of the next, and what links already say is not said
+/// again. `Wait(H)` of each `Pair` is free within it.
+#[test]
+fn all_of_a_subtask_comes_before_all_of_the_next() {
+    let plan = document(
+        "action Wait(Agent A) { duration { (1, 1) }; }
+         method Pair(Agent A) { { subtasks { 1: Wait(A); 2: Wait(H); }; } }
+         method Nothing(Agent A) { goal { A.count == NULL; } { subtasks { 1: Wait(A); }; } }
+         method Inner(Agent A) { { subtasks { 1: Pair(A); 2: Nothing(A) > 1; 3: Pair(A) > 2; }; } }
+         method Go(Agent A) { { subtasks { 1: Wait(H); 2: Inner(A); 3: Wait(H) > 2; 4: Wait(A) > 1; }; } }",
+    );
+    // The free Wait(H) is done first and only comes before the last one.
+    assert_eq!(
+        links(&plan),
+        [
+            "0 -> 6 order",
+            "1 -> 3 order",
+            "1 -> 4 order",
+            "2 -> 3 order",
+            "2 -> 4 order",
+            "3 -> 5 order",
+            "4 -> 5 order",
+        ]
+    );
+}
+
 /// Two that write the same attribute, one that reads between: each pair is kept apart.
 #[test]
 fn actions_that_write_the_same_attribute_are_ordered() {
@@ -205,18 +231,26 @@ fn the_tree_tells_how_the_task_was_decomposed() {
            { subtasks { 2: Twice(A, BOX) > 1; 1: Twice(A, CUP); }; } }
          method Twice(Agent A, Object O) { { subtasks { 1: Unmark(A, O); 2: Mark(A, O) > 1; }; } }",
     );
-    fn show(node: &Node) -> String {
-        let inner: Vec<String> = node.children.iter().map(show).collect();
+    let show = |node: &Node| {
         let how = match (node.decomposition, node.action) {
             (Some(d), None) => format!("/{d}"),
             (None, Some(a)) => format!("#{a}"),
             other => format!("{other:?}"),
         };
-        format!("{}({}){how}[{}]", node.task, node.arguments.join(","), inner.join(" "))
-    }
+        let parent = node.parent.map(|p| format!("{p} > ")).unwrap_or_default();
+        format!("{parent}{}({}){how}", node.task, node.arguments.join(","))
+    };
     assert_eq!(
-        show(&plan.decomposition),
-        "Go(R)/1[Twice(R,CUP)/0[Unmark(R,CUP)#0[] Mark(R,CUP)#1[]] Twice(R,BOX)/0[Unmark(R,BOX)#2[] Mark(R,BOX)#3[]]]"
+        plan.decomposition.iter().map(show).collect::<Vec<_>>(),
+        [
+            "Go(R)/1",
+            "0 > Twice(R,CUP)/0",
+            "1 > Unmark(R,CUP)#0",
+            "1 > Mark(R,CUP)#1",
+            "0 > Twice(R,BOX)/0",
+            "4 > Unmark(R,BOX)#2",
+            "4 > Mark(R,BOX)#3",
+        ]
     );
     assert_eq!((plan.task.as_str(), plan.format.as_str()), ("Go(R)", "sgap-plan"));
 }

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sgap::engine::{self, Budget, Ending, Settings, Truncated};
+use sgap::plan::Node;
 
 use crate::domain::{every_object, text};
 use crate::reasoner::Scripted;
@@ -44,9 +45,18 @@ fn a_goal_that_holds_leaves_nothing_to_do() {
         "Go(R)",
     );
     assert_eq!(run.plan(), "Mark(R,CUP) Mark(R,BOX)");
-    let children = &run.document().decomposition.children;
-    assert_eq!((children[1].decomposition, children[1].children.len()), (None, 0));
-    assert_eq!((children[2].decomposition, children[2].children.len()), (Some(0), 1));
+    let how = |node: &Node| (node.arguments.join(" "), node.parent, node.decomposition, node.action);
+    let nodes = run.document().decomposition;
+    assert_eq!(
+        nodes.iter().map(how).collect::<Vec<_>>(),
+        [
+            ("R".into(), None, Some(0), None),
+            ("R CUP".into(), Some(0), None, Some(0)),
+            ("R CUP".into(), Some(0), None, None),
+            ("R BOX".into(), Some(0), Some(0), None),
+            ("R BOX".into(), Some(3), None, Some(1)),
+        ]
+    );
 }
 
 #[test]
@@ -79,7 +89,7 @@ fn a_task_asked_for_whose_goal_holds_is_an_empty_plan() {
 fn an_action_may_be_asked_for_by_itself() {
     let run = symbolic(&text(""), "Mark(R, CUP)");
     assert_eq!(run.plan(), "Mark(R,CUP)");
-    assert_eq!(run.document().decomposition.action, Some(0));
+    assert_eq!(run.document().decomposition[0].action, Some(0));
 }
 
 #[test]

@@ -6,7 +6,10 @@ use sgap::validate::Settings;
 use sgap::world::World;
 
 use super::domain::domain;
-use super::plan::{PAINT_BLUE, PAINT_RED, PICK, PLACE, Recipe, arm, plan, reckon, z_above};
+use super::plan::{
+    MOVE_BLUE, MOVE_RED, PAINT_BLUE, PAINT_BLUE_LEAF, PAINT_RED, PICK, PICK_LEAF, PLACE, PLACE_LEAF, Recipe, SERVE,
+    arm, plan, reckon, z_above,
+};
 use super::world::world;
 
 /// One damaged plan.
@@ -328,8 +331,13 @@ pub fn symbols() -> Vec<Damage> {
 
 pub fn trees() -> Vec<Damage> {
     let none = (None, None);
-    fn third(plan: &mut Plan) -> &mut Node {
-        &mut plan.decomposition.children[2]
+    /// Takes nodes out of the list; those behind them, and their parents' indices, move up.
+    fn cut(plan: &mut Plan, nodes: std::ops::Range<usize>) {
+        let n = nodes.len();
+        plan.decomposition.drain(nodes.clone());
+        for node in &mut plan.decomposition {
+            node.parent = node.parent.map(|p| if p >= nodes.end { p - n } else { p });
+        }
     }
     vec![
         damage(
@@ -337,28 +345,32 @@ pub fn trees() -> Vec<Damage> {
             "task",
             none,
             &["Move(GANTRY, RED, HUMAN)"],
-            right(|p| p.decomposition = third(p).clone()),
+            right(|p| {
+                p.decomposition.truncate(PLACE_LEAF + 1);
+                cut(p, SERVE..MOVE_RED);
+                p.decomposition[0].parent = None;
+            }),
         ),
         damage(
             "a decomposition that the task lacks",
             "no-such-decomposition",
             none,
             &["1"],
-            right(|p| third(p).decomposition = Some(1)),
+            right(|p| p.decomposition[MOVE_RED].decomposition = Some(1)),
         ),
         damage(
             "leaves out of order",
             "leaves",
             none,
             &["action 2"],
-            right(|p| third(p).children.swap(0, 1)),
+            right(|p| p.decomposition.swap(PICK_LEAF, PLACE_LEAF)),
         ),
         damage(
             "a leaf that is another action",
             "leaf-mismatch",
             none,
             &["Paint(HUMAN, RED)", "Paint(HUMAN, BLUE)"],
-            right(|p| p.decomposition.children[0].arguments[1] = "RED".into()),
+            right(|p| p.decomposition[PAINT_BLUE_LEAF].arguments[1] = "RED".into()),
         ),
         damage(
             "an action that no task asks for",
@@ -384,8 +396,8 @@ pub fn trees() -> Vec<Damage> {
             none,
             &["RED.isReachable"],
             right(|p| {
-                third(p).decomposition = None;
-                third(p).children.clear();
+                p.decomposition[MOVE_RED].decomposition = None;
+                cut(p, PICK_LEAF..PLACE_LEAF + 1);
             }),
         ),
         damage(
@@ -393,30 +405,28 @@ pub fn trees() -> Vec<Damage> {
             "goal-held-already",
             none,
             &[],
-            right(|p| p.decomposition.children[1].decomposition = Some(0)),
+            right(|p| p.decomposition[MOVE_BLUE].decomposition = Some(0)),
         ),
         damage(
             "children but no decomposition",
             "node-shape",
             none,
             &[],
-            right(|p| third(p).decomposition = None),
+            right(|p| p.decomposition[MOVE_RED].decomposition = None),
         ),
         damage(
             "a subtask too few",
             "subtasks",
             none,
             &["Paint(HUMAN, BLUE)"],
-            right(|p| {
-                p.decomposition.children.remove(1);
-            }),
+            right(|p| cut(p, MOVE_BLUE..MOVE_RED)),
         ),
         damage(
             "a subtask that no choice of the variables gives",
             "subtasks",
             none,
             &["Move(GANTRY, BLUE, GANTRY)"],
-            right(|p| p.decomposition.children[1].arguments[2] = "GANTRY".into()),
+            right(|p| p.decomposition[MOVE_BLUE].arguments[2] = "GANTRY".into()),
         ),
         damage(
             "one subtask twice, another not at all",
@@ -424,11 +434,70 @@ pub fn trees() -> Vec<Damage> {
             none,
             &["Move(GANTRY, RED, HUMAN), Paint(HUMAN, RED)"],
             right(|p| {
-                let children = &mut p.decomposition.children;
-                children[1] = children[2].clone();
-                children[2].children.clear();
-                children[2].decomposition = None;
+                // `Move(RED)` is done in place of `Move(BLUE)`, and skipped when its own turn comes.
+                let mut skipped = p.decomposition[MOVE_RED].clone();
+                skipped.decomposition = None;
+                p.decomposition.insert(PLACE_LEAF + 1, skipped);
+                cut(p, MOVE_BLUE..MOVE_RED);
             }),
+        ),
+        damage(
+            "no tree at all",
+            "node-shape",
+            none,
+            &["no nodes"],
+            right(|p| p.decomposition.clear()),
+        ),
+        damage(
+            "a root with a parent",
+            "node-shape",
+            none,
+            &["Serve(GANTRY, HUMAN)", "root"],
+            right(|p| p.decomposition[SERVE].parent = Some(SERVE)),
+        ),
+        damage(
+            "two roots",
+            "node-shape",
+            none,
+            &["task Serve(GANTRY, HUMAN) / Paint(HUMAN, BLUE)", "only the first node"],
+            right(|p| p.decomposition[PAINT_BLUE_LEAF].parent = None),
+        ),
+        damage(
+            "a parent that is not in the list",
+            "node-shape",
+            none,
+            &["Move(GANTRY, RED, HUMAN) / Place(GANTRY, RED, TABLE, HUMAN)", "parent"],
+            right(|p| p.decomposition[PLACE_LEAF].parent = Some(99)),
+        ),
+        damage(
+            "a parent that is over",
+            "node-shape",
+            none,
+            &["task Serve(GANTRY, HUMAN) / Place(GANTRY, RED, TABLE, HUMAN)", "parent"],
+            right(|p| {
+                // Back to `Move(RED)` after the root's last subtask.
+                let mut late = p.decomposition[PLACE_LEAF].clone();
+                late.action = Some(4);
+                p.decomposition.push(late);
+            }),
+        ),
+        damage(
+            "a node before its parent",
+            "node-shape",
+            none,
+            &["task Serve(GANTRY, HUMAN) / Pick(GANTRY, RED)", "parent"],
+            right(|p| {
+                p.decomposition.swap(MOVE_RED, PICK_LEAF);
+                p.decomposition[MOVE_RED].parent = Some(PICK_LEAF);
+                p.decomposition[PLACE_LEAF].parent = Some(PICK_LEAF);
+            }),
+        ),
+        damage(
+            "an action with a subtask",
+            "node-shape",
+            none,
+            &["Pick(GANTRY, RED)", "children"],
+            right(|p| p.decomposition[PLACE_LEAF].parent = Some(PICK_LEAF)),
         ),
     ]
 }

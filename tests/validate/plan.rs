@@ -137,17 +137,17 @@ fn action(index: usize, name: &str, arguments: &[&str], agents: &[&str], changes
 fn node(
     task: &str,
     arguments: &[&str],
+    parent: Option<usize>,
     decomposition: Option<usize>,
     action: Option<usize>,
-    children: Vec<Node>,
 ) -> Node {
     let arguments = arguments.iter().map(|s| s.to_string()).collect();
     Node {
         task: task.into(),
         arguments,
+        parent,
         decomposition,
         action,
-        children,
     }
 }
 
@@ -156,6 +156,14 @@ pub const PAINT_BLUE: usize = 0;
 pub const PICK: usize = 1;
 pub const PLACE: usize = 2;
 pub const PAINT_RED: usize = 3;
+
+/// Index of each node of its tree; `Move(BLUE)` has nothing to do.
+pub const SERVE: usize = 0;
+pub const PAINT_BLUE_LEAF: usize = 1;
+pub const MOVE_BLUE: usize = 2;
+pub const MOVE_RED: usize = 3;
+pub const PICK_LEAF: usize = 4;
+pub const PLACE_LEAF: usize = 5;
 
 pub fn plan(recipe: &Recipe) -> Plan {
     let [hx, hy, hz, hyaw, open] = HOME;
@@ -243,27 +251,22 @@ pub fn plan(recipe: &Recipe) -> Plan {
             arm("retract", Motion::Straight, &[down_there, above(down_there, 0.1)]),
         ],
     ));
-    let serve = node(
-        "Serve",
-        &["GANTRY", "HUMAN"],
-        Some(0),
-        None,
-        vec![
-            node("Paint", &["HUMAN", "BLUE"], None, Some(PAINT_BLUE), vec![]),
-            node("Move", &["GANTRY", "BLUE", "HUMAN"], None, None, vec![]),
-            node(
-                "Move",
-                &["GANTRY", "RED", "HUMAN"],
-                Some(0),
-                None,
-                vec![
-                    node("Pick", &["GANTRY", "RED"], None, Some(PICK), vec![]),
-                    node("Place", &["GANTRY", "RED", "TABLE", "HUMAN"], None, Some(PLACE), vec![]),
-                ],
-            ),
-            node("Paint", &["HUMAN", "RED"], None, Some(PAINT_RED), vec![]),
-        ],
-    );
+    let serve = Some(SERVE);
+    let decomposition = vec![
+        node("Serve", &["GANTRY", "HUMAN"], None, Some(0), None),
+        node("Paint", &["HUMAN", "BLUE"], serve, None, Some(PAINT_BLUE)),
+        node("Move", &["GANTRY", "BLUE", "HUMAN"], serve, None, None),
+        node("Move", &["GANTRY", "RED", "HUMAN"], serve, Some(0), None),
+        node("Pick", &["GANTRY", "RED"], Some(MOVE_RED), None, Some(PICK)),
+        node(
+            "Place",
+            &["GANTRY", "RED", "TABLE", "HUMAN"],
+            Some(MOVE_RED),
+            None,
+            Some(PLACE),
+        ),
+        node("Paint", &["HUMAN", "RED"], serve, None, Some(PAINT_RED)),
+    ];
     let attribute = |name: &str| vec![LinkReason::Attribute(name.into())];
     let mut plan = Plan {
         format: "sgap-plan".into(),
@@ -306,7 +309,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
                 reasons: attribute("RED.isReachable"),
             },
         ],
-        decomposition: serve,
+        decomposition,
     };
     reckon(&mut plan);
     plan

@@ -297,14 +297,13 @@ pub fn pick_and_place() -> Plan {
         action(0, "Pick", &["ARM", "BOX"], 0.0, pick),
         action(1, "Place", &["ARM", "BOX", "TABLE"], 2.5, vec![carry, place, release]),
     ];
-    let node = |task: &str, action: Option<usize>, children: Vec<Node>| Node {
+    let node = |task: &str, parent: Option<usize>, action: Option<usize>| Node {
         task: task.into(),
         arguments: vec!["ARM".into(), "BOX".into()],
+        parent,
         decomposition: None,
         action,
-        children,
     };
-    let children = vec![node("Pick", Some(0), vec![]), node("Place", Some(1), vec![])];
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
@@ -315,6 +314,10 @@ pub fn pick_and_place() -> Plan {
         actions,
         streams: IndexMap::from([("ARM".into(), vec![0, 1])]),
         links: vec![],
-        decomposition: node("Move", None, children),
+        decomposition: vec![
+            node("Move", None, None),
+            node("Pick", Some(0), Some(0)),
+            node("Place", Some(0), Some(1)),
+        ],
     }
 }
