@@ -151,7 +151,8 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
         ErrorVariant::CustomError { .. } => &[],
     };
     let mut words: Vec<&'static str> = Vec::new();
-    for word in rules.iter().filter_map(|r| word(*r)) {
+    let of_place = |w| if w == "the end of the file" { place.end } else { w };
+    for word in rules.iter().filter_map(|r| word(*r)).map(of_place) {
         if !words.contains(&word) {
             words.push(word);
         }
