@@ -83,7 +83,7 @@ pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Op
     }
     let (domain, found) = check::compile(&[ast], &Given::default());
     problems.extend(found);
-    (domain, problems)
+    (domain.filter(|_| !problems.has_errors()), problems)
 }
 
 /// Says that a domain without a declaration is no domain.

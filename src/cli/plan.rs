@@ -98,11 +98,18 @@ pub(super) fn search(
     let timed_out = Arc::new(AtomicBool::new(false));
     if let Some(limit) = options.timeout {
         let (stop, timed_out) = (Arc::clone(&stop), Arc::clone(&timed_out));
-        std::thread::spawn(move || {
-            std::thread::sleep(limit);
+        let end = move || {
             timed_out.store(true, Ordering::Relaxed);
             stop.store(true, Ordering::Relaxed);
-        });
+        };
+        if limit.is_zero() {
+            end();
+        } else {
+            std::thread::spawn(move || {
+                std::thread::sleep(limit);
+                end();
+            });
+        }
     }
     let settings = engine::Settings {
         branching: options.branching,

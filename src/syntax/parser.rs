@@ -204,8 +204,20 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     let mut problem = Problem::error("hatp::syntax", message, span, label);
     let word_before = before.and_then(|(s, e)| text.get(s..e));
     let help = found.and_then(|f| foreign(f).map(str::to_owned));
-    let help = help.or_else(|| found.and_then(|f| misspelt(f, missing.is_some())));
-    problem = problem.maybe_help(help.or_else(|| word_before.and_then(|w| misspelt(w, missing.is_some()))));
+    // Where a mark is expected, a keyword before it may have passed for a name.
+    let wants_keyword = words
+        .iter()
+        .any(|w| w.trim_start_matches('`').starts_with(char::is_alphabetic));
+    let suspects = if wants_keyword {
+        [found, word_before]
+    } else {
+        [word_before, found]
+    };
+    let mut slips = suspects
+        .iter()
+        .flatten()
+        .filter_map(|word| misspelt(word, missing.is_some()));
+    problem = problem.maybe_help(help.or_else(|| slips.next()));
     if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
         problem = problem.note(place.span(*s, *e), "this is not closed");
     }
