@@ -33,7 +33,7 @@ pub fn load(
     let file = match read_domain(domain_path, sources, files) {
         Ok(file) => file,
         Err(problem) => {
-            problems.push(problem);
+            problems.push(*problem);
             return (None, problems);
         }
     };
@@ -69,7 +69,7 @@ pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Op
     let file = match read_domain(path, sources, files) {
         Ok(file) => file,
         Err(problem) => {
-            problems.push(problem);
+            problems.push(*problem);
             return (None, problems);
         }
     };
@@ -149,13 +149,13 @@ fn given(world: &World) -> Given {
     }
 }
 
-fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Problem> {
+fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Box<Problem>> {
     match files.read(path) {
         Ok(text) => Ok(sources.add(path, text)),
-        Err(why) => Err(Problem::unplaced(
-            "hatp::unreadable",
-            format!("can't read `{path}`: {why}"),
-        )),
+        Err(why) => {
+            let message = format!("can't read `{path}`: {why}");
+            Err(Box::new(Problem::unplaced("hatp::unreadable", message)))
+        }
     }
 }
 

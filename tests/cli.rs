@@ -121,7 +121,7 @@ fn a_plan_as_json_is_valid_until_it_is_changed() {
     let valid = lab.ends(0, &["validate", "cup.hatp", "cup.toml", "plan.json"]);
     assert!(valid.out.starts_with("valid: "), "{}", valid.out);
 
-    let mut changed = document.clone();
+    let mut changed = document;
     changed["cost"] = serde_json::json!(0.0);
     lab.write("plan.json", changed.to_string());
     let said = lab.ends(20, &["validate", "cup.hatp", "cup.toml", "plan.json"]);

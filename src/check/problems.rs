@@ -160,6 +160,12 @@ pub(super) fn time_part(span: Span) -> Problem {
         .help("remove it; durations stand in each action")
 }
 
+pub(super) fn overruled(entity: &str, attribute: &str, span: Span) -> Problem {
+    let message = format!("`{entity}.{attribute}` is read from geometry, and this value is not used");
+    Problem::warning("hatp::overruled", message, span, "has no effect")
+        .help("remove the line; where things stand is in the world file")
+}
+
 pub(super) fn recursive(name: &Name) -> Problem {
     let message = format!("function `{}` calls itself", name.text);
     Problem::error("hatp::recursive-function", message, name.span, "needs its own value")

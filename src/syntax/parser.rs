@@ -205,19 +205,17 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     let word_before = before.and_then(|(s, e)| text.get(s..e));
     let help = found.and_then(|f| foreign(f).map(str::to_owned));
     // Where a mark is expected, a keyword before it may have passed for a name.
-    let wants_keyword = words
-        .iter()
-        .any(|w| w.trim_start_matches('`').starts_with(char::is_alphabetic));
-    let suspects = if wants_keyword {
-        [found, word_before]
+    let is_keyword = |w: &&&str| w.strip_prefix('`').is_some_and(|w| w.starts_with(char::is_alphabetic));
+    let before_is = || word_before.and_then(|w| misspelt(w, missing.is_some()));
+    let found_is = || found.and_then(|w| misspelt(w, missing.is_some()));
+    let near = if words.iter().any(|w| is_keyword(&w)) {
+        found_is()
+            .filter(|near| words.contains(&format!("`{near}`").as_str()))
+            .or_else(before_is)
     } else {
-        [word_before, found]
+        before_is().or_else(found_is)
     };
-    let mut slips = suspects
-        .iter()
-        .flatten()
-        .filter_map(|word| misspelt(word, missing.is_some()));
-    problem = problem.maybe_help(help.or_else(|| slips.next()));
+    problem = problem.maybe_help(help.or_else(|| near.map(|near| format!("did you mean `{near}`?"))));
     if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
         problem = problem.note(place.span(*s, *e), "this is not closed");
     }
@@ -283,15 +281,15 @@ fn foreign(found: &str) -> Option<&'static str> {
 }
 
 /// Returns the keyword that the word was meant to be: nearly one, or, if `strict`, one in other capitals.
-fn misspelt(found: &str, strict: bool) -> Option<String> {
+fn misspelt(found: &str, strict: bool) -> Option<&'static str> {
     let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic());
-    let keywords = || [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
-    if !is_word || keywords().contains(&found) {
+    let keywords: Vec<&'static str> = [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
+    if !is_word || keywords.contains(&found) {
         return None;
     }
-    let near = nearest(found, keywords())?;
+    let near = nearest(found, keywords.iter().copied())?;
     let same_letters = near.eq_ignore_ascii_case(found);
-    (same_letters || !strict && found.len() > 3).then(|| format!("did you mean `{near}`?"))
+    (same_letters || !strict && found.len() > 3).then_some(near)
 }
 
 /// Returns `a`, `a or b`, `a, b or c`.
