@@ -290,31 +290,6 @@ fn the_pr2_has_the_link_lengths_that_its_maker_publishes() {
     compare("pr2_published.json", &world.scene.agents[0].tree);
 }
 
-/// A second reader of the same URDF agrees on limits, names and the poses of joints.
-#[test]
-fn urdf_rs_reads_the_same_robot() {
-    let world = world("worlds/three_objects.toml");
-    for (agent, path) in world.scene.agents.iter().zip(["pr2", "human"]) {
-        let text = std::fs::read_to_string(format!("worlds/models/{path}.urdf")).unwrap();
-        let other = urdf_rs::read_from_string(&text).unwrap();
-        assert_eq!(other.joints.len(), agent.tree.joints.len());
-        for joint in &other.joints {
-            let ours = agent.tree.joints.iter().position(|j| j.name == joint.name).unwrap();
-            let (index, ours) = (ours, &agent.tree.joints[ours]);
-            assert_eq!(agent.tree.links[index + 1], joint.child.link);
-            assert_eq!(agent.tree.links[ours.parent], joint.parent.link);
-            let X_PJ = sgap::geom::pose_xyz_rpy(joint.origin.xyz.0, joint.origin.rpy.0);
-            assert!((X_PJ.translation.vector - ours.X_PJ.translation.vector).norm() < 1e-12);
-            if let Some(dof) = agent.tree.dofs.iter().find(|d| d.name == joint.name) {
-                assert_eq!(dof.max_velocity, joint.limit.velocity);
-                if dof.lower.is_finite() {
-                    assert_eq!((dof.lower, dof.upper), (joint.limit.lower, joint.limit.upper));
-                }
-            }
-        }
-    }
-}
-
 #[test]
 fn closing_a_gripper_keeps_its_fingers_symmetric_about_the_tool() {
     let world = world("worlds/three_objects.toml");
@@ -661,6 +636,10 @@ fn deep_nesting_is_a_problem_and_not_a_crash() {
         ("w.toml", format!("task = {}", deep("[", 100_000))),
         ("m.toml", format!("urdf = {}", deep("{a=", 100_000))),
         ("r.urdf", format!("<robot>{}", deep("<a>", 100_000))),
+        (
+            "r.urdf",
+            format!("<robot>{}{}</robot>", deep("<a>", 100_000), deep("</a>", 100_000)),
+        ),
     ] {
         let mut files = BTreeMap::from([
             ("w.toml".to_string(), "[robots.R]\nmodel = \"m.toml\"".to_string()),
@@ -669,4 +648,47 @@ fn deep_nesting_is_a_problem_and_not_a_crash() {
         files.insert(path.to_string(), text);
         assert!(load_with("w.toml", &CaseFiles(files)).1.has_errors());
     }
+}
+
+/// The first example of an error page gives the problem that the page tells of, and the second does not.
+#[test]
+fn the_examples_of_the_error_pages_are_true() {
+    let mut n_pages = 0;
+    for entry in std::fs::read_dir("docs/errors").unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap().to_string();
+        let text = std::fs::read_to_string(&path).unwrap();
+        if !name.starts_with("world-") && !name.starts_with("urdf-") || text.contains("```text") {
+            continue;
+        }
+        n_pages += 1;
+        let code = name.replacen('-', "::", 1);
+        let blocks: Vec<&str> = text.split("```").skip(1).step_by(2).collect();
+        assert_eq!(blocks.len(), 2, "{name}");
+        for (block, wrong) in blocks.iter().zip([true, false]) {
+            let (kind, example) = block.split_once('\n').unwrap();
+            assert_eq!(kind.ends_with(",wrong"), wrong, "{name}: `{kind}`");
+            let file = match kind.trim_end_matches(",wrong") {
+                "xml" => "worlds/models/page.urdf",
+                "toml,model" => "worlds/models/page.toml",
+                _ => "worlds/page.toml",
+            };
+            let files = CaseFiles(BTreeMap::from(
+                [
+                    ("worlds/models/page.toml", "urdf = \"page.urdf\"\n"),
+                    ("worlds/page.toml", "[robots.R]\nmodel = \"models/page.toml\"\n"),
+                    (file, example),
+                ]
+                .map(|(path, text)| (path.to_string(), text.to_string())),
+            ));
+            let (_, problems, sources) = load_with("worlds/page.toml", &files);
+            let shown = render::render(&problems, &sources, false);
+            let told = problems.0.iter().any(|p| p.code == code);
+            assert_eq!(told, wrong, "{name}, {kind}:\n{example}\n{shown}");
+            // A robot of an example may lack an arm; nothing else may be wrong with the right one.
+            let more = problems.0.iter().find(|p| p.code != "world::no-arm");
+            assert!(wrong || more.is_none(), "{name}:\n{shown}");
+        }
+    }
+    assert!(n_pages > 40, "{n_pages}");
 }

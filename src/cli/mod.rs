@@ -5,6 +5,7 @@ mod disk;
 mod facts;
 mod output;
 mod plan;
+mod progress;
 mod validate;
 mod view;
 

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
+use super::progress::Progress;
 use super::{Inputs, code};
 use sgap::engine::{self, Budget, Ending};
 use sgap::grp::{self, Grp};
@@ -92,6 +93,7 @@ pub(super) fn search(
     goal: &sgap::ir::Goal,
     options: &SearchOptions,
 ) -> Result<Plan, Failure> {
+    #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
     stop_on_interrupt(&stop);
@@ -125,12 +127,14 @@ pub(super) fn search(
         motion_samples: MOTION_SAMPLES,
     };
     let mut grp = Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?;
+    let progress = Progress::new("planning; Ctrl-C ends it with the best plan so far");
     let outcome = engine::solve(domain, goal, &mut grp, &settings, &stop, &mut |found, statistics| {
         if options.best {
             let (n, cost) = (found.steps.len(), found.cost);
-            say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
+            progress.say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
         }
     });
+    drop(progress);
     if options.stats {
         say(&statistics(&outcome.statistics, &grp.counts(), begin.elapsed()));
     }

@@ -1,6 +1,6 @@
 //! `sgap view DOMAIN WORLD -o page.html`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -25,7 +25,17 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     check_place(&options.output)?;
     let (domain, world, goal) = options.inputs.load_with_goal()?;
     let plan = search(&domain, &world, &goal, &options.search)?;
-    let page = html::page(&world.scene, &world.start, Some(&plan), &plan.task);
+    let name = |path: &Path| {
+        path.file_stem()
+            .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+    };
+    let (domain, scene) = (name(&options.inputs.domain), name(&options.inputs.world));
+    let title = if domain == scene {
+        domain
+    } else {
+        format!("{domain}, {scene}")
+    };
+    let page = html::page(&world.scene, &world.start, Some(&plan), &title);
     write_file(&options.output, &page)?;
     say(&format!("{} written\n", options.output.display()));
     Ok(())

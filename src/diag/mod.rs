@@ -3,7 +3,6 @@
 //! Passes collect problems and go on; they are sorted by place at the end. A *problem* is never a search failure
 //! (that is `plan::Refusal`) and never a bug of ours.
 
-mod excerpt;
 pub mod render;
 pub mod suggest;
 

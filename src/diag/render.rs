@@ -3,11 +3,14 @@
 //! miette knows one source per report: labels in the file of the primary label are drawn there, labels in other files
 //! follow as reports of their own.
 
+mod excerpt;
+
 use std::borrow::Cow;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, ThemeCharacters, ThemeStyles};
 
-use super::excerpt::{CONTEXT, Excerpt};
+use excerpt::{CONTEXT, Excerpt};
+
 use super::{Label, Problem, Problems, Severity};
 use crate::source::{FileId, Sources, Span};
 

@@ -1,6 +1,6 @@
 //! The HTN search: decompositions, bindings, orders and geometric alternatives, depth first, with undo.
 //!
-//! Thesis 4.3.1 to 4.3.4, Algorithms 8 to 12; where we differ is said in [`search`].
+//! Thesis 4.3.1 to 4.3.4, Algorithms 8 to 12; where we differ is said in `search`.
 //!
 //! **Invariant:** the engine asks a [`Reasoner`] and never sees a coordinate.
 

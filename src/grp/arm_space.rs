@@ -150,7 +150,12 @@ impl<'a> ArmSpace<'a> {
             (Owner::Link { .. }, Owner::Object(o)) => a.is_hand && self.handled == Some(o),
             (Owner::Object(o), Owner::Object(p)) => o == p,
         };
+        let arm = &self.prepared.agents[self.agent].arms[self.arm];
+        // What the arm moves stays within a sphere about the shoulder.
+        let p_WShoulder = self.X_WL[arm.shoulder_link].translation.vector;
         for (i, a) in self.moving.iter().enumerate() {
+            let sweep =
+                arm.link_reach[a.link] + a.X_LS.translation.vector.norm() + a.solid.radius().max(a.self_solid.radius());
             for (j, b) in self.moving.iter().enumerate().skip(i + 1) {
                 let held_in_hand = matches!(b.owner, Owner::Object(_)) && a.is_hand;
                 if !held_in_hand && !allowed(a, b.owner, b.is_hand) {
@@ -158,7 +163,8 @@ impl<'a> ArmSpace<'a> {
                 }
             }
             for (j, b) in self.obstacles.iter().enumerate() {
-                if !allowed(a, b.owner, false) {
+                let apart = (b.X_WS.translation.vector - p_WShoulder).norm() - b.solid.radius();
+                if apart <= sweep && !allowed(a, b.owner, false) {
                     self.pairs.push((i, j));
                 }
             }

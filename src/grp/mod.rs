@@ -1,8 +1,9 @@
 //! The geometric reasoner and planner: answers the engine with geometry on a world (thesis chapter 3).
 //!
-//! **Invariant:** no action has code of its own: [`description`] says what it is, one solver runs them all.
+//! **Invariant:** no action has code of its own: `description` says what it is, one solver runs them all.
 
 mod arm_space;
+mod attempt;
 mod candidates;
 mod cost;
 mod description;
@@ -297,7 +298,7 @@ impl<'a> Grp<'a> {
         };
         let entry = &mut self.gases[gas.0 as usize];
         while entry.solved.len() <= alternative as usize {
-            let Ok(solution) = entry.search.next_solution(&room, &mut self.counts) else {
+            let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
                 return Err(entry.search.refusal(&room));
             };
             let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);

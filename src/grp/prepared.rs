@@ -2,9 +2,9 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use crate::geom::collide::{Solid, touch};
-use crate::geom::kinematics::Chain;
+use crate::geom::kinematics::{Chain, Dof, Joint, JointKind};
 use crate::geom::{Pose, Vec3};
-use crate::world::{Scene, State};
+use crate::world::{Agent, Arm, Scene, State};
 
 /// Clearance that free motions keep from everything but the agent itself [m]. Checks of a path are spaced; between two
 /// of them no body sinks in by more than this.
@@ -36,6 +36,8 @@ pub(super) struct PreparedArm {
     pub reach: f64,
     /// Link whose frame sits at the arm's first joint: the shoulder.
     pub shoulder_link: usize,
+    /// By link: how far its frame can be from the shoulder [m]; of use for the links in `moved`.
+    pub link_reach: Vec<f64>,
     /// Links that the arm's joints and fingers move, ascending.
     pub moved: Vec<usize>,
 }
@@ -80,11 +82,16 @@ impl Prepared {
                 let mut dofs = arm.dofs.clone();
                 dofs.extend(arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()));
                 let moved = agent.tree.links_moved_by(&dofs);
-                let (reach, shoulder_link) = reach(agent, arm);
+                let shoulder_link = shoulder_link(agent, arm);
+                let reach = farthest(agent, shoulder_link, arm.tip_link) + arm.X_LT.translation.vector.norm();
+                let link_reach = (0..agent.tree.links.len())
+                    .map(|l| farthest(agent, shoulder_link, l))
+                    .collect();
                 arms.push(PreparedArm {
                     chain,
                     reach,
                     shoulder_link,
+                    link_reach,
                     moved,
                 });
             }
@@ -100,28 +107,38 @@ impl Prepared {
     }
 }
 
-/// Returns the arm's reach from its first moving joint, and the link that this joint moves.
-fn reach(agent: &crate::world::Agent, arm: &crate::world::Arm) -> (f64, usize) {
-    let mut reach = arm.X_LT.translation.vector.norm();
-    let mut link = arm.tip_link;
+/// Returns the link that the arm's first moving joint moves.
+fn shoulder_link(agent: &Agent, arm: &Arm) -> usize {
     let mut shoulder = arm.tip_link;
-    // Walk from the tip to the base; what lies between the base and the first moving joint does not count.
-    let mut pending = 0.0;
+    let mut link = arm.tip_link;
     while link != arm.base_link && link > 0 {
         let joint = &agent.tree.joints[link - 1];
-        if let Some(drive) = joint.drive {
-            reach += pending;
-            pending = 0.0;
+        if joint.drive.is_some() {
             shoulder = link;
-            let dof = &agent.tree.dofs[drive.dof];
-            if joint.kind == crate::geom::kinematics::JointKind::Prismatic {
-                reach += dof.lower.abs().max(dof.upper.abs());
-            }
         }
-        pending += joint.X_PJ.translation.vector.norm();
         link = joint.parent;
     }
-    (reach, shoulder)
+    shoulder
+}
+
+/// Returns how far a link's frame can be at most from where the shoulder link's frame is now [m]: the sum of the joints' offsets
+/// between them, and of all that sliding joints can slide.
+fn farthest(agent: &Agent, shoulder: usize, mut link: usize) -> f64 {
+    let slides = |joint: &Joint, length: fn(&Dof) -> f64| match joint.drive {
+        Some(drive) if joint.kind == JointKind::Prismatic => {
+            length(&agent.tree.dofs[drive.dof]) * drive.scale.abs() + drive.offset.abs()
+        }
+        _ => 0.0,
+    };
+    // The shoulder's own joint moves it from where it is now, every other joint moves its link from where it would be at 0.
+    let own = shoulder.checked_sub(1).map(|j| &agent.tree.joints[j]);
+    let mut far = own.map_or(0.0, |joint| slides(joint, |dof| dof.upper - dof.lower));
+    while link != shoulder && link > 0 {
+        let joint = &agent.tree.joints[link - 1];
+        far += joint.X_PJ.translation.vector.norm() + slides(joint, |dof| dof.lower.abs().max(dof.upper.abs()));
+        link = joint.parent;
+    }
+    far
 }
 
 /// A body at its place in the world.

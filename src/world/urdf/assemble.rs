@@ -1,21 +1,45 @@
-//! Links and joints as written to a tree: parents before children, mimic joints bound to their leaders.
+//! A URDF as `urdf-rs` read it to a tree with shapes: parents before children, mimic joints bound to their leaders.
 
 use indexmap::IndexMap;
+use urdf_rs::{Geometry, JointType, Link};
 
-use super::{RawBody, RawJoint, Robot};
+use super::Robot;
+use super::look::{self, JointPlace, Places};
 use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::{Dof, Drive, Joint, JointKind, Tree};
+use crate::geom::shape::Shape;
+use crate::geom::{Pose, Vec3, pose_xyz_rpy};
 use crate::source::Span;
-use crate::world::{Body, problems};
+use crate::world::{Body, pose, problems};
+
+/// A joint as read, and where it stands.
+struct Read<'a> {
+    joint: &'a urdf_rs::Joint,
+    place: &'a JointPlace,
+    kind: JointKind,
+}
+
+impl Read<'_> {
+    fn parent(&self) -> &str {
+        &self.joint.parent.link
+    }
+
+    fn child(&self) -> &str {
+        &self.joint.child.link
+    }
+}
 
 /// Returns the robot; what is wrong with the graph of links and joints becomes a problem.
-pub fn assemble(
-    links: &IndexMap<String, Span>,
-    joints: Vec<RawJoint>,
-    bodies: Vec<RawBody>,
-    problems: &mut Problems,
-) -> Option<Robot> {
-    let order = order(links, &joints, problems)?;
+pub fn assemble(read: &urdf_rs::Robot, places: &Places, problems: &mut Problems) -> Option<Robot> {
+    let Some(joints) = joints(read, places) else {
+        let message = "two readers of XML find different names in this file";
+        problems.push(
+            Problem::error("urdf::unreadable", message, places.robot, "")
+                .help("names without tabs, line breaks and character references are read alike"),
+        );
+        return None;
+    };
+    let order = order(&places.links, &joints, problems)?;
     let mut tree = Tree {
         links: vec![order.root.clone()],
         ..Tree::default()
@@ -24,33 +48,109 @@ pub fn assemble(
     index.insert(&order.root, 0);
     // INVARIANT: `order.joints` lists a joint after the joint that moves its parent.
     for &j in &order.joints {
-        index.insert(&joints[j].child, tree.links.len());
-        tree.links.push(joints[j].child.clone());
+        index.insert(joints[j].child(), tree.links.len());
+        tree.links.push(joints[j].child().to_string());
     }
     let drives = drives(&joints, &order.joints, &mut tree.dofs, problems);
     for &j in &order.joints {
-        let raw = &joints[j];
+        let Read { joint, kind, .. } = &joints[j];
+        let axis = match kind {
+            JointKind::Fixed => Vec3::x(),
+            // The look has refused an axis without length.
+            JointKind::Revolute | JointKind::Prismatic => unit(joint.axis.xyz.0).unwrap_or(Vec3::x()),
+        };
         tree.joints.push(Joint {
-            name: raw.name.clone(),
-            kind: raw.kind,
-            parent: index.get(raw.parent.as_str()).copied()?,
-            X_PJ: raw.X_PJ,
-            axis: raw.axis,
+            name: joint.name.clone(),
+            kind: *kind,
+            parent: index.get(joint.parent.link.as_str()).copied()?,
+            X_PJ: pose_of(&joint.origin),
+            axis,
             drive: drives.get(&j).copied(),
         });
     }
-    let bodies = bodies
-        .into_iter()
-        .filter_map(|raw| {
-            Some(Body {
-                link: index.get(raw.link.as_str()).copied()?,
-                shape: raw.shape,
-                X_LS: raw.X_LS,
-                color: raw.color,
-            })
-        })
-        .collect();
+    let mut bodies = Vec::new();
+    for link in &read.links {
+        let &index = index.get(link.name.as_str())?;
+        let color = color(link, &read.materials);
+        for (geometry, origin) in solids(link) {
+            bodies.push(Body {
+                link: index,
+                shape: shape(geometry)?,
+                X_LS: pose_of(origin),
+                color,
+            });
+        }
+    }
     Some(Robot { tree, bodies })
+}
+
+/// Joins each joint to its place; `None` if the two readings of the text differ in a name or a number of elements.
+fn joints<'a>(read: &'a urdf_rs::Robot, places: &'a Places) -> Option<Vec<Read<'a>>> {
+    let links = read.links.iter().map(|l| &l.name);
+    if !links.eq(places.links.keys()) || read.joints.len() != places.joints.len() {
+        return None;
+    }
+    let pairs = read.joints.iter().zip(&places.joints);
+    pairs
+        .map(|(joint, place)| {
+            let alike =
+                joint.name == place.name && joint.parent.link == place.parent && joint.child.link == place.child;
+            let kind = match joint.joint_type {
+                JointType::Fixed => JointKind::Fixed,
+                JointType::Revolute | JointType::Continuous => JointKind::Revolute,
+                JointType::Prismatic => JointKind::Prismatic,
+                // The look has refused them.
+                JointType::Floating | JointType::Planar | JointType::Spherical => return None,
+            };
+            alike.then_some(Read { joint, place, kind })
+        })
+        .collect()
+}
+
+/// Returns the unit vector along `xyz`, if that has a length.
+pub fn unit(xyz: [f64; 3]) -> Option<Vec3> {
+    Vec3::from(xyz).try_normalize(1e-9)
+}
+
+fn pose_of(origin: &urdf_rs::Pose) -> Pose {
+    pose_xyz_rpy(origin.xyz.0, origin.rpy.0)
+}
+
+/// Returns the shapes that count: the collision shapes, or the visual ones of a link without any.
+fn solids(link: &Link) -> Vec<(&Geometry, &urdf_rs::Pose)> {
+    if link.collision.is_empty() {
+        link.visual.iter().map(|v| (&v.geometry, &v.origin)).collect()
+    } else {
+        link.collision.iter().map(|c| (&c.geometry, &c.origin)).collect()
+    }
+}
+
+/// Returns the shape; `None` for a mesh, which the look has refused.
+fn shape(geometry: &Geometry) -> Option<Shape> {
+    match *geometry {
+        Geometry::Box { size } => Some(Shape::Box {
+            half: Vec3::from(size.0) / 2.0,
+        }),
+        Geometry::Cylinder { radius, length } => Some(Shape::Cylinder {
+            radius,
+            half_length: length / 2.0,
+        }),
+        Geometry::Capsule { radius, length } => Some(Shape::Capsule {
+            radius,
+            half_length: length / 2.0,
+        }),
+        Geometry::Sphere { radius } => Some(Shape::Sphere { radius }),
+        Geometry::Mesh { .. } => None,
+    }
+}
+
+/// Returns the colour of a link's first visual material: its own, or that of the robot's material of that name.
+fn color(link: &Link, materials: &[urdf_rs::Material]) -> [f32; 4] {
+    let rgba = link.visual.iter().find_map(|v| v.material.as_ref()).and_then(|own| {
+        let named = || materials.iter().rev().find(|m| m.name == own.name && m.color.is_some());
+        own.color.as_ref().or_else(|| named()?.color.as_ref())
+    });
+    rgba.map_or(pose::GREY, |c| c.rgba.0.map(|x| x.clamp(0.0, 1.0) as f32))
 }
 
 /// The root link, and the joints (by index) from the root on.
@@ -59,19 +159,21 @@ struct Order {
     joints: Vec<usize>,
 }
 
-fn order(links: &IndexMap<String, Span>, joints: &[RawJoint], problems: &mut Problems) -> Option<Order> {
-    let mut moved_by: IndexMap<&str, &RawJoint> = IndexMap::new();
+fn order(links: &IndexMap<String, Span>, joints: &[Read<'_>], problems: &mut Problems) -> Option<Order> {
+    let mut moved_by: IndexMap<&str, &Read<'_>> = IndexMap::new();
     let mut ok = true;
     for joint in joints {
-        if let Some(first) = moved_by.insert(&joint.child, joint) {
+        if let Some(first) = moved_by.insert(joint.child(), joint) {
             ok = false;
             let message = format!(
                 "link `{}` is the child of two joints, `{}` and `{}`",
-                joint.child, first.name, joint.name
+                joint.child(),
+                first.joint.name,
+                joint.joint.name
             );
             problems.push(
-                Problem::error("urdf::two-parents", message, joint.child_span, "again here")
-                    .note(first.child_span, "first here")
+                Problem::error("urdf::two-parents", message, joint.place.child_span, "again here")
+                    .note(first.place.child_span, "first here")
                     .help("a robot is a tree: a link hangs on one joint"),
             );
         }
@@ -99,7 +201,7 @@ fn order(links: &IndexMap<String, Span>, joints: &[RawJoint], problems: &mut Pro
     }
     let mut below: IndexMap<&str, Vec<usize>> = IndexMap::new();
     for (j, joint) in joints.iter().enumerate() {
-        below.entry(&joint.parent).or_default().push(j);
+        below.entry(joint.parent()).or_default().push(j);
     }
     // Depth first in the order of the file, so that the joints of an arm are neighbours.
     let mut reached: Vec<usize> = Vec::new();
@@ -112,17 +214,17 @@ fn order(links: &IndexMap<String, Span>, joints: &[RawJoint], problems: &mut Pro
         }
         reached.extend(via.get(link));
         for &j in below.get(link).into_iter().flatten().rev() {
-            via.insert(&joints[j].child, j);
-            stack.push(&joints[j].child);
+            via.insert(joints[j].child(), j);
+            stack.push(joints[j].child());
         }
     }
-    let circle = joints.iter().find(|j| !visited.contains_key(j.child.as_str()));
+    let circle = joints.iter().find(|j| !visited.contains_key(j.child()));
     if let Some(joint) = circle {
         problems.push(
             Problem::error(
                 "urdf::cycle",
-                format!("link `{}` hangs on itself", joint.child),
-                joint.child_span,
+                format!("link `{}` hangs on itself", joint.child()),
+                joint.place.child_span,
                 "part of a circle of joints",
             )
             .help("a robot is a tree: cut the circle at one joint"),
@@ -135,24 +237,29 @@ fn order(links: &IndexMap<String, Span>, joints: &[RawJoint], problems: &mut Pro
 
 /// Fills `dofs` with the joints that lead, and returns by joint index where each moving joint's value comes from.
 fn drives(
-    joints: &[RawJoint],
+    joints: &[Read<'_>],
     order: &[usize],
     dofs: &mut Vec<Dof>,
     problems: &mut Problems,
 ) -> IndexMap<usize, Drive> {
-    let by_name: IndexMap<&str, usize> = joints.iter().enumerate().map(|(j, r)| (r.name.as_str(), j)).collect();
+    let by_name: IndexMap<&str, usize> = joints
+        .iter()
+        .enumerate()
+        .map(|(j, r)| (r.joint.name.as_str(), j))
+        .collect();
     let mut drives = IndexMap::new();
     for &j in order {
         let raw = &joints[j];
-        if raw.kind == JointKind::Fixed || raw.mimic.is_some() {
+        if raw.kind == JointKind::Fixed || raw.joint.mimic.is_some() {
             continue;
         }
+        let (lower, upper) = limits(raw, problems);
         let dof = dofs.len();
         dofs.push(Dof {
-            name: raw.name.clone(),
-            lower: raw.lower,
-            upper: raw.upper,
-            max_velocity: raw.velocity,
+            name: raw.joint.name.clone(),
+            lower,
+            upper,
+            max_velocity: raw.joint.limit.velocity,
             max_acceleration: f64::INFINITY,
         });
         drives.insert(
@@ -166,7 +273,7 @@ fn drives(
     }
     for &j in order {
         if joints[j].kind != JointKind::Fixed
-            && joints[j].mimic.is_some()
+            && joints[j].joint.mimic.is_some()
             && let Some(drive) = follow(joints, j, &by_name, &drives, problems)
         {
             drives.insert(j, drive);
@@ -175,11 +282,32 @@ fn drives(
     drives
 }
 
+/// Returns the lower and upper limit of a joint that leads.
+fn limits(read: &Read<'_>, problems: &mut Problems) -> (f64, f64) {
+    let Read { joint, place, kind } = read;
+    if joint.joint_type == JointType::Continuous {
+        return (f64::NEG_INFINITY, f64::INFINITY);
+    }
+    let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+    if lower > upper {
+        problems.push(look::upside_down(&joint.name, lower, upper, place.limit));
+    }
+    // Since version 1.2 a limit that is not given is infinite; a revolute joint is continuous then.
+    if *kind == JointKind::Prismatic && !(lower.is_finite() && upper.is_finite()) {
+        let message = format!("joint `{}` slides without end", joint.name);
+        problems.push(
+            Problem::error("urdf::bad-limit", message, place.limit, "")
+                .help("give both `lower` and `upper`: since version 1.2 of URDF a limit that is absent is infinite"),
+        );
+    }
+    (lower, upper)
+}
+
 /// Follows a mimic joint to the joint that leads it, through other mimic joints.
 ///
 /// The follower's own limits are not applied: vendors' files give limits there that its leader breaks.
 fn follow(
-    joints: &[RawJoint],
+    joints: &[Read<'_>],
     start: usize,
     by_name: &IndexMap<&str, usize>,
     leaders: &IndexMap<usize, Drive>,
@@ -187,34 +315,37 @@ fn follow(
 ) -> Option<Drive> {
     let (mut scale, mut offset, mut at) = (1.0, 0.0, start);
     for _ in 0..joints.len() {
-        let Some(mimic) = &joints[at].mimic else { break };
-        let Some(&leader) = by_name.get(mimic.leader.as_str()) else {
-            let place = format!("`<mimic>` of joint `{}`", joints[at].name);
+        let Some(mimic) = &joints[at].joint.mimic else { break };
+        let Some(&leader) = by_name.get(mimic.joint.as_str()) else {
+            let place = format!("`<mimic>` of joint `{}`", joints[at].joint.name);
             let known = by_name.keys().copied();
             problems.push(problems::unknown_name(
                 "urdf::unknown-joint",
                 "joint",
-                &mimic.leader,
+                &mimic.joint,
                 &place,
                 known,
-                mimic.span,
+                joints[at].place.leader,
             ));
             return None;
         };
-        offset += scale * mimic.offset;
-        scale *= mimic.scale;
+        offset += scale * mimic.offset.unwrap_or(0.0);
+        scale *= mimic.multiplier.unwrap_or(1.0);
         at = leader;
     }
     match leaders.get(&at) {
-        Some(drive) if joints[at].mimic.is_none() => Some(Drive {
+        Some(drive) if joints[at].joint.mimic.is_none() => Some(Drive {
             dof: drive.dof,
             scale,
             offset,
         }),
         _ => {
-            let message = format!("joint `{}` mimics nothing that moves on its own", joints[start].name);
+            let message = format!(
+                "joint `{}` mimics nothing that moves on its own",
+                joints[start].joint.name
+            );
             problems.push(
-                Problem::error("urdf::mimic-without-leader", message, joints[start].span, "")
+                Problem::error("urdf::mimic-without-leader", message, joints[start].place.head, "")
                     .help("a leader is a revolute, continuous or prismatic joint without `<mimic>`"),
             );
             None

@@ -1,0 +1,466 @@
+//! One candidate of a geometric action: its end states, then its motions (thesis 3.3.3.2, Algorithm 5).
+//!
+//! Knows no action by name: a sub-action's search space says which function finds its end state, its final constraint where that is.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use std::collections::BTreeMap;
+
+use rand_chacha::ChaCha8Rng;
+
+use super::arm_space::{ArmSpace, Clearance};
+use super::candidates::Candidate;
+use super::description::{APPROACH, Change, Condition, Description, Required, Space, SubAction, Until};
+use super::facts;
+use super::motion::{self, Timed};
+use super::prepared::{Owner, link_poses, overlap, place_all};
+use super::solve::{Arguments, Counts, Room, Stage, Way};
+use crate::geom::motion::straight;
+use crate::geom::{Pose, ik};
+use crate::plan::Cause;
+use crate::world::{Held, State};
+
+/// Why a candidate failed: the sub-action's name (empty for the whole action) and the cause.
+pub(super) type Failure = (&'static str, Cause);
+
+/// One candidate at work.
+struct Attempt<'a, 'b> {
+    room: &'b Room<'a>,
+    description: &'static Description,
+    arguments: Arguments,
+    candidate: &'b Candidate,
+    rng: ChaCha8Rng,
+    counts: &'b mut Counts,
+    /// What stopped the tries inside this candidate, by how far they came; the furthest one is reported.
+    failures: BTreeMap<usize, Failure>,
+}
+
+/// Finds the end states and motions of one candidate, or says what stopped it at the furthest sub-action it came to.
+pub(super) fn solve(
+    room: &Room<'_>,
+    description: &'static Description,
+    arguments: Arguments,
+    candidate: &Candidate,
+    start: &State,
+    rng: ChaCha8Rng,
+    counts: &mut Counts,
+) -> Result<Vec<(Stage, Timed)>, Failure> {
+    let failures = BTreeMap::new();
+    Attempt {
+        room,
+        description,
+        arguments,
+        candidate,
+        rng,
+        counts,
+        failures,
+    }
+    .solve(start)
+}
+
+impl Attempt<'_, '_> {
+    fn solve(&mut self, start: &State) -> Result<Vec<(Stage, Timed)>, Failure> {
+        self.placement_is_possible(start)?;
+        let Some(stages) = self.end_states(0, start) else {
+            let furthest = self.failures.pop_last();
+            let arm = self.arm_name();
+            return Err(furthest.map_or(("", Cause::OutOfReach { arm }), |(_, f)| f));
+        };
+        if let Some(last) = stages.last() {
+            self.required_facts(&last.end)?;
+        }
+        self.motions(stages)
+    }
+
+    fn arm_name(&self) -> String {
+        self.room.scene.agents[self.arguments.agent].arms[self.candidate.arm]
+            .name
+            .clone()
+    }
+
+    /// Cheap tests of a placement, before any inverse kinematics: free of others, near enough, facts that shall hold.
+    fn placement_is_possible(&mut self, start: &State) -> Result<(), Failure> {
+        let Some(placement) = &self.candidate.placement else {
+            return Ok(());
+        };
+        let Arguments { agent, object, .. } = self.arguments;
+        let room = self.room;
+        let ready = &room.prepared.agents[agent].arms[self.candidate.arm];
+        let X_WL = link_poses(room.scene, start);
+        let p_WTool = (placement.X_WO * self.candidate.X_OT).translation.vector;
+        if (p_WTool - X_WL[agent][ready.shoulder_link].translation.vector).norm() > ready.reach {
+            return Err(("place", Cause::OutOfReach { arm: self.arm_name() }));
+        }
+        let others = place_all(room.prepared, start, &X_WL, &|owner| match owner {
+            Owner::Link { agent: a, link } => a == agent && ready.moved.contains(&link),
+            Owner::Object(o) => o == object || o == placement.on,
+        });
+        for part in &room.prepared.objects[object] {
+            let X_WS = placement.X_WO * part.X_FS;
+            if let Some(other) = others.iter().find(|b| overlap(&part.padded, &X_WS, b.solid, &b.X_WS)) {
+                let (a, b) = (Owner::Object(object).name(room.scene), other.owner.name(room.scene));
+                return Err(("place", Cause::Collision { a, b }));
+            }
+        }
+        if !self.description.required.is_empty() {
+            let mut there = start.clone();
+            there.objects[object].X_WO = placement.X_WO;
+            there.objects[object].held = None;
+            self.required_facts(&there)?;
+        }
+        Ok(())
+    }
+
+    fn required_facts(&mut self, state: &State) -> Result<(), Failure> {
+        let Arguments { object, receiver, .. } = self.arguments;
+        let room = self.room;
+        for required in self.description.required {
+            let holds = match (required, receiver) {
+                (Required::ReachableByReceiver, Some(receiver)) => {
+                    self.counts.facts += 1;
+                    facts::is_reachable(room.scene, room.prepared, state, object, receiver, room.seed)
+                }
+                (Required::ReachableByReceiver, None) => false,
+            };
+            if !holds {
+                let receiver = receiver.map_or("nobody", |r| room.scene.agents[r].id.as_str());
+                let fact = format!("isReachable({}, {receiver})", room.scene.objects[object].id);
+                return Err(("place", Cause::Fact(fact)));
+            }
+        }
+        Ok(())
+    }
+
+    fn fail(&mut self, stage: usize, cause: Cause) {
+        let name = self.description.sub_actions[stage].name;
+        self.failures.entry(stage).or_insert((name, cause));
+    }
+
+    fn fail_by_hit(&mut self, stage: usize, space: &ArmSpace<'_>, otherwise: Cause) {
+        let cause = space.hit_names().map_or(otherwise, |(a, b)| Cause::Collision { a, b });
+        self.fail(stage, cause);
+    }
+
+    /// Returns the end states of the sub-actions from `stage` on, or `None` after noting what stopped them.
+    fn end_states(&mut self, stage: usize, state: &State) -> Option<Vec<Stage>> {
+        let Some(sub_action) = self.description.sub_actions.get(stage) else {
+            return Some(Vec::new());
+        };
+        if !sub_action.when.iter().all(|c| self.condition_holds(*c, state)) {
+            self.fail(stage, Cause::NotApplicable("its pre-condition does not hold".into()));
+            return None;
+        }
+        match sub_action.space {
+            Space::Gripper => self.gripper_stage(stage, sub_action, state),
+            Space::ArmStraight => self.straight_stage(stage, sub_action, state),
+            Space::Arm => self.free_stage(stage, sub_action, state),
+        }
+    }
+
+    fn condition_holds(&self, condition: Condition, state: &State) -> bool {
+        let Arguments { agent, object, .. } = self.arguments;
+        let in_hand = |o: usize| {
+            state.objects[o]
+                .held
+                .as_ref()
+                .is_some_and(|h| h.agent == agent && h.arm == self.candidate.arm)
+        };
+        match condition {
+            Condition::HandFree => !(0..state.objects.len()).any(in_hand),
+            Condition::HandFull => in_hand(object),
+        }
+    }
+
+    fn space(&self, state: &State, clearance: Clearance) -> ArmSpace<'_> {
+        let Arguments { agent, object, .. } = self.arguments;
+        let (scene, prepared) = (self.room.scene, self.room.prepared);
+        ArmSpace::new(
+            scene,
+            prepared,
+            state,
+            agent,
+            self.candidate.arm,
+            Some(object),
+            clearance,
+        )
+    }
+
+    fn gripper_stage(&mut self, stage: usize, sub: &'static SubAction, state: &State) -> Option<Vec<Stage>> {
+        let Arguments { agent, .. } = self.arguments;
+        let gripper = self.room.scene.agents[agent].arms[self.candidate.arm]
+            .gripper
+            .as_ref()?;
+        let values = match sub.until {
+            Until::GripperOpen => gripper.open.clone(),
+            _ => gripper.at_gap(self.candidate.width),
+        };
+        let now: Vec<f64> = gripper.dofs.iter().map(|d| state.agents[agent].q[*d]).collect();
+        let there = now.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6);
+        if there && sub.change.is_none() {
+            return self.end_states(stage + 1, state);
+        }
+        let mut end = state.clone();
+        for (dof, value) in gripper.dofs.iter().zip(&values) {
+            end.agents[agent].q[*dof] = *value;
+        }
+        let mut moved = self.space(state, Clearance::Contact);
+        let q = moved.start();
+        // Fingers move little: their ends and three places between show whether something is in their way.
+        let free = (0..=4).all(|i| {
+            let t = f64::from(i) / 4.0;
+            let at: Vec<f64> = now.iter().zip(&values).map(|(a, b)| a + t * (b - a)).collect();
+            moved.set_dofs(&gripper.dofs, &at);
+            moved.check(&q)
+        });
+        if !free {
+            let cause = moved.hit_names().map(|(a, b)| Cause::Collision { a, b });
+            self.fail(
+                stage,
+                cause.unwrap_or(Cause::NotApplicable("the fingers can't move".into())),
+            );
+            return None;
+        }
+        self.change_hands(sub.change, &mut end);
+        let rest = self.end_states(stage + 1, &end)?;
+        Some(self.stage(sub, state, end, Way::Gripper { values }, rest))
+    }
+
+    fn change_hands(&self, change: Option<Change>, state: &mut State) {
+        let Arguments { agent, object, .. } = self.arguments;
+        match change {
+            None => {}
+            // The object is held as it is, which differs from the grasp by what inverse kinematics left over.
+            Some(Change::Attach) => {
+                let X_TO = self.tool(state).inverse() * state.objects[object].X_WO;
+                state.objects[object].held = Some(Held {
+                    agent,
+                    arm: self.candidate.arm,
+                    X_TO,
+                });
+            }
+            // Let go, it settles on the support by what inverse kinematics left over.
+            Some(Change::Detach) => {
+                state.objects[object].held = None;
+                if let Some(placement) = &self.candidate.placement {
+                    state.objects[object].X_WO = placement.X_WO;
+                }
+            }
+        }
+    }
+
+    fn stage(&self, sub: &'static SubAction, start: &State, end: State, way: Way, rest: Vec<Stage>) -> Vec<Stage> {
+        let mut all = vec![Stage {
+            sub_action: sub,
+            start: start.clone(),
+            end,
+            way,
+        }];
+        all.extend(rest);
+        all
+    }
+
+    /// Returns X_WT in a state.
+    fn tool(&self, state: &State) -> Pose {
+        let Arguments { agent, .. } = self.arguments;
+        let (body, at) = (&self.room.scene.agents[agent], &state.agents[agent]);
+        let arm = &body.arms[self.candidate.arm];
+        body.tree.link_poses(&at.X_WB, &at.q)[arm.tip_link] * arm.X_LT
+    }
+
+    /// Returns X_WT where the sub-action ends.
+    fn target(&self, until: Until, state: &State) -> Option<Pose> {
+        let back = Pose::translation(-APPROACH, 0.0, 0.0);
+        let up = Pose::translation(0.0, 0.0, APPROACH);
+        let X_WO = &state.objects[self.arguments.object].X_WO;
+        let X_OT = &self.candidate.X_OT;
+        let placed = self.candidate.placement.as_ref().map(|p| p.X_WO * X_OT);
+        match until {
+            Until::BeforeGrasp => Some(X_WO * X_OT * back),
+            Until::AtGrasp => Some(X_WO * X_OT),
+            Until::Lifted => Some(up * self.tool(state)),
+            Until::AbovePlacement => placed.map(|X_WT| up * X_WT),
+            Until::AtPlacement => placed,
+            Until::AwayFromObject => Some(self.tool(state) * back),
+            Until::GripperOpen | Until::GripperClosed => None,
+        }
+    }
+
+    fn with_arm_at(&self, state: &State, q: &[f64]) -> State {
+        let Arguments { agent, .. } = self.arguments;
+        let mut end = state.clone();
+        let chain = &self.room.prepared.agents[agent].arms[self.candidate.arm].chain;
+        for (dof, value) in chain.dof_indices().iter().zip(q) {
+            end.agents[agent].q[*dof] = *value;
+        }
+        let X_WT = self.tool(&end);
+        for object in &mut end.objects {
+            if let Some(held) = &object.held
+                && held.agent == agent
+                && held.arm == self.candidate.arm
+            {
+                object.X_WO = X_WT * held.X_TO;
+            }
+        }
+        end
+    }
+
+    /// Returns X_KW, K being the frame of the arm's base link.
+    fn base(&self, state: &State) -> Pose {
+        let Arguments { agent, .. } = self.arguments;
+        let (body, at) = (&self.room.scene.agents[agent], &state.agents[agent]);
+        body.tree.link_poses(&at.X_WB, &at.q)[body.arms[self.candidate.arm].base_link].inverse()
+    }
+
+    fn straight_stage(&mut self, stage: usize, sub: &'static SubAction, state: &State) -> Option<Vec<Stage>> {
+        let X_KT = self.base(state) * self.target(sub.until, state)?;
+        let chain = &self.room.prepared.agents[self.arguments.agent].arms[self.candidate.arm].chain;
+        let mut space = self.space(state, Clearance::Contact);
+        let start = space.start();
+        let result = straight::straight(chain, &X_KT, &start, &motion::STRAIGHT, &mut |q| space.check(q));
+        let (hit, checks) = (space.hit_names(), space.checks);
+        self.counts.configurations_checked += checks;
+        match result {
+            Ok(path) => {
+                let end = self.with_arm_at(state, path.last()?);
+                let rest = self.end_states(stage + 1, &end)?;
+                Some(self.stage(sub, state, end, Way::Straight { path }, rest))
+            }
+            Err(_) => {
+                let arm = self.arm_name();
+                self.fail(
+                    stage,
+                    hit.map_or(Cause::NoStraightMotion { arm }, |(a, b)| Cause::Collision { a, b }),
+                );
+                None
+            }
+        }
+    }
+
+    fn free_stage(&mut self, stage: usize, sub: &'static SubAction, state: &State) -> Option<Vec<Stage>> {
+        let X_WT = self.target(sub.until, state)?;
+        let (room, agent) = (self.room, self.arguments.agent);
+        let ready = &room.prepared.agents[agent].arms[self.candidate.arm];
+        let X_KW = self.base(state);
+        let arm = self.arm_name();
+        let body = &room.scene.agents[agent];
+        let shoulder = body.tree.link_poses(&state.agents[agent].X_WB, &state.agents[agent].q)[ready.shoulder_link];
+        if (X_WT.translation.vector - shoulder.translation.vector).norm() > ready.reach {
+            self.fail(stage, Cause::OutOfReach { arm });
+            return None;
+        }
+        let (scene, prepared) = (room.scene, room.prepared);
+        let object = Some(self.arguments.object);
+        // Where the contact motion after this one ends, the hand alone must fit: that rules out most grasps and placements.
+        if let Some(next) = self.description.sub_actions.get(stage + 1)
+            && next.space == Space::ArmStraight
+            && let Some(X_WT_next) = self.target(next.until, state)
+        {
+            let mut contact = ArmSpace::new(
+                scene,
+                prepared,
+                state,
+                agent,
+                self.candidate.arm,
+                object,
+                Clearance::Contact,
+            );
+            if !contact.hand_is_free(&X_WT_next) {
+                self.fail_by_hit(stage + 1, &contact, Cause::OutOfReach { arm });
+                return None;
+            }
+        }
+        let mut space = ArmSpace::new(
+            scene,
+            prepared,
+            state,
+            agent,
+            self.candidate.arm,
+            object,
+            Clearance::Margin,
+        );
+        if !space.hand_is_free(&X_WT) {
+            self.fail_by_hit(stage, &space, Cause::OutOfReach { arm });
+            return None;
+        }
+        let seed = space.start();
+        let settings = ik::Settings {
+            restarts: room.settings.ik_restarts,
+            ..motion::IK
+        };
+        let mut rng = self.rng.clone();
+        let mut hit = None;
+        let mut found = None;
+        self.counts.ik_calls += 1;
+        let result = ik::solve(
+            &ready.chain,
+            &ik::Target::Pose(X_KW * X_WT),
+            &seed,
+            &settings,
+            &mut rng,
+            &mut |q| {
+                if !space.check(q) {
+                    hit = space.hit_names();
+                    return false;
+                }
+                let end = self.with_arm_at(state, q);
+                found = self.end_states(stage + 1, &end).map(|rest| (end, rest));
+                found.is_some()
+            },
+        );
+        self.rng = rng;
+        self.counts.configurations_checked += space.checks;
+        match (result, found) {
+            (Ok(goal), Some((end, rest))) => Some(self.stage(sub, state, end, Way::Free { goal }, rest)),
+            _ => {
+                self.fail(
+                    stage,
+                    hit.map_or(Cause::OutOfReach { arm }, |(a, b)| Cause::Collision { a, b }),
+                );
+                None
+            }
+        }
+    }
+
+    /// Plans and times the motions between the end states.
+    fn motions(&mut self, stages: Vec<Stage>) -> Result<Vec<(Stage, Timed)>, Failure> {
+        let Arguments { agent, .. } = self.arguments;
+        let mut all = Vec::with_capacity(stages.len());
+        for stage in stages {
+            let name = stage.sub_action.name;
+            let timed = match &stage.way {
+                Way::Free { goal } => {
+                    self.counts.motion_plans += 1;
+                    let mut rng = self.rng.clone();
+                    let mut space = self.space(&stage.start, Clearance::Margin);
+                    let samples = self.room.settings.motion_samples;
+                    let planned = motion::free(&mut space, goal, samples, &mut rng);
+                    let checks = space.checks;
+                    self.rng = rng;
+                    self.counts.configurations_checked += checks;
+                    planned.map_err(|e| match e {
+                        motion::NoMotion::Blocked(hit) => Cause::Collision { a: hit.0, b: hit.1 },
+                        motion::NoMotion::OutOfSamples(samples) => Cause::NoPath {
+                            arm: self.arm_name(),
+                            samples,
+                        },
+                    })
+                }
+                Way::Straight { path } => {
+                    let mut space = self.space(&stage.start, Clearance::Contact);
+                    Ok(motion::along(&mut space, path))
+                }
+                Way::Gripper { values } => {
+                    let body = &self.room.scene.agents[agent];
+                    let gripper = body.arms[self.candidate.arm].gripper.as_ref();
+                    let dofs: &[usize] = gripper.map_or(&[], |g| &g.dofs);
+                    let from: Vec<f64> = dofs.iter().map(|d| stage.start.agents[agent].q[*d]).collect();
+                    Ok(motion::fingers(&body.tree, dofs, &from, values))
+                }
+            };
+            match timed {
+                Ok(timed) => all.push((stage, timed)),
+                Err(cause) => return Err((name, cause)),
+            }
+        }
+        Ok(all)
+    }
+}

@@ -1,0 +1,369 @@
+//! The house keeps its own rules: which room uses which, which file uses which crate, how long files get, and an error page for every code.
+//!
+//! Reads the sources as text. The arrows are those of `docs/architecture.md`, as narrow as they truly are.
+#![expect(clippy::unwrap_used, reason = "tests may unwrap")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// All of a room, for [`EDGES`].
+const ALL: &[&str] = &[];
+
+/// A room that may be used, and the items that may be used of it, or [`ALL`].
+type Edge = (&'static str, &'static [&'static str]);
+
+/// What each room may use.
+const EDGES: &[(&str, &[Edge])] = &[
+    ("source", &[]),
+    ("diag", &[("source", ALL)]),
+    ("syntax", &[("source", ALL), ("diag", ALL)]),
+    ("ir", &[]),
+    ("check", &[("source", ALL), ("diag", ALL), ("syntax", ALL), ("ir", ALL)]),
+    ("geom", &[]),
+    ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
+    ("plan", &[("geom", &["Pose"])]),
+    ("engine", &[("ir", ALL), ("plan", ALL)]),
+    (
+        "grp",
+        &[
+            (
+                "engine",
+                &["Call", "GasNum", "GasRef", "Mark", "Projection", "Reasoner"],
+            ),
+            ("ir", ALL),
+            ("plan", ALL),
+            ("geom", ALL),
+            ("world", ALL),
+        ],
+    ),
+    (
+        "validate",
+        &[
+            ("ir", ALL),
+            ("plan", ALL),
+            (
+                "geom",
+                &["Pose", "Vec3", "pose_xyz_rpy", "kinematics", "collide", "shape"],
+            ),
+            ("world", ALL),
+        ],
+    ),
+    (
+        "report",
+        &[
+            ("engine", &["Ending", "Statistics", "Truncated"]),
+            ("plan", ALL),
+            ("geom", &["Pose", "kinematics", "shape"]),
+            ("world", ALL),
+        ],
+    ),
+    (
+        "load",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("syntax", ALL),
+            ("check", ALL),
+            ("ir", ALL),
+            ("world", ALL),
+        ],
+    ),
+];
+
+/// Crates that one place alone uses, and the beginning of that place's path.
+const CRATES: &[(&str, &str)] = &[
+    ("pest", "src/syntax/parser"),
+    ("pest_derive", "src/syntax/parser"),
+    ("strsim", "src/diag/suggest.rs"),
+    ("miette", "src/diag/render"),
+    ("parry3d_f64", "src/geom/collide"),
+    ("toml", "src/world/"),
+    ("urdf_rs", "src/world/urdf"),
+    ("roxmltree", "src/world/urdf/look.rs"),
+    ("clap", "src/cli/"),
+    ("ctrlc", "src/cli/"),
+    ("tempfile", "src/cli/"),
+];
+
+/// No file of `src` has more lines.
+const LONGEST: usize = 800;
+/// Files that are longer all the same, and how long they may get; splitting one ends its line here.
+const LONGER: &[(&str, usize)] = &[("src/engine/search.rs", 850)];
+
+/// A Rust file of `src`: its path, and its code without comments and without the tests at its end.
+struct Source {
+    path: String,
+    text: String,
+    code: String,
+}
+
+fn files(folder: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![PathBuf::from(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    assert!(!found.is_empty(), "nothing in {folder}");
+    found
+}
+
+fn sources() -> Vec<Source> {
+    let rust = files("src")
+        .into_iter()
+        .filter(|p| p.extension().is_some_and(|e| e == "rs"));
+    rust.map(|path| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let path = path.to_str().unwrap().replace('\\', "/");
+        let code: Vec<&str> = text
+            .lines()
+            .map(|line| if line.trim_start().starts_with("//") { "" } else { line })
+            .collect();
+        let code = code.join("\n");
+        // Tests may use more than the room; they are the last item of their file.
+        let code = match code.split_once("\n#[cfg(test)]\nmod tests {") {
+            Some((before, tests)) => {
+                let after = tests.split_once("\n}").map(|(_, after)| after.trim());
+                assert_eq!(after, Some(""), "{path}: the tests are not the last item");
+                before.to_string()
+            }
+            None => code,
+        };
+        Source { path, text, code }
+    })
+    .collect()
+}
+
+/// Returns the byte places right after each whole `word` of `code`.
+fn after_word<'a>(code: &'a str, word: &'a str) -> impl Iterator<Item = &'a str> {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
+    code.match_indices(word).filter_map(move |(at, _)| {
+        let rest = &code[at + word.len()..];
+        let whole = !code[..at].ends_with(is_part) && !rest.starts_with(is_part);
+        whole.then_some(rest)
+    })
+}
+
+fn word(text: &str) -> &str {
+    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_'));
+    &text[..end.unwrap_or(text.len())]
+}
+
+/// Returns the first names of what follows a path: of `::a::b` it is `a`, of `::{self, a::{b, c}, d as e}` `self`, `a` and `d`.
+fn names(rest: &str) -> Vec<&str> {
+    let Some(rest) = rest.strip_prefix("::") else {
+        return vec!["self"];
+    };
+    let Some(list) = rest.strip_prefix('{') else {
+        return vec![word(rest)];
+    };
+    let mut found = Vec::new();
+    let (mut depth, mut start) = (0, 0);
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                found.push(word(list[start..at].trim()));
+                start = at + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    found.retain(|name| !name.is_empty());
+    found
+}
+
+/// Returns the room of a file of the library; `None` for the program's files and `lib.rs`.
+fn room(path: &str) -> Option<&str> {
+    let room = word(path.strip_prefix("src/")?);
+    (!["lib", "main", "cli"].contains(&room)).then_some(room)
+}
+
+/// Returns how many modules lie between a file and the root of the crate: 1 for a room itself.
+fn depth(path: &str) -> usize {
+    let inner = path.trim_start_matches("src/").trim_end_matches(".rs");
+    inner.trim_end_matches("/mod").split('/').count()
+}
+
+/// Returns what a file of a room uses that it may not.
+fn forbidden(path: &str, code: &str) -> Vec<String> {
+    let Some(from) = room(path) else { return Vec::new() };
+    let Some((_, edges)) = EDGES.iter().find(|(name, _)| *name == from) else {
+        return vec![format!("{path}: the room `{from}` has no line in EDGES")];
+    };
+    let mut wrong = Vec::new();
+    for rest in after_word(code, "crate") {
+        for to in names(rest) {
+            if to == from {
+                continue;
+            }
+            let Some((_, items)) = edges.iter().find(|(name, _)| *name == to) else {
+                wrong.push(format!("{path}: `{from}` uses `{to}`"));
+                continue;
+            };
+            let rest = rest.strip_prefix("::").and_then(|r| r.strip_prefix(to));
+            // A room with listed items is not imported whole, so that every use names the item.
+            let used = rest.map_or(vec!["self"], names);
+            for item in used {
+                if !items.is_empty() && !items.contains(&item) {
+                    wrong.push(format!("{path}: `{from}` uses `{to}::{item}`"));
+                }
+            }
+        }
+    }
+    let up = vec!["super"; depth(path)].join("::");
+    if code.contains(&up) {
+        wrong.push(format!("{path}: `{up}` leaves the room"));
+    }
+    if after_word(code, "sgap").any(|rest| rest.starts_with("::")) {
+        wrong.push(format!("{path}: `sgap::` within the library"));
+    }
+    wrong
+}
+
+#[test]
+fn rooms_use_what_they_may() {
+    let found: Vec<String> = sources().iter().flat_map(|s| forbidden(&s.path, &s.code)).collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+/// The judge sees what it is to forbid, however it is written.
+#[test]
+fn forbidden_edges_are_seen() {
+    for (path, code) in [
+        ("src/geom/ik.rs", "use crate::world::State;"),
+        ("src/engine/search.rs", "use crate::{\n    ir,\n    geom::Pose,\n};"),
+        ("src/grp/mod.rs", "use crate::engine::{Reasoner, solve};"),
+        ("src/grp/mod.rs", "use crate::engine;"),
+        ("src/validate/reach.rs", "let x = crate::geom::ik::solve();"),
+        ("src/ir/domain.rs", "use super::super::world;"),
+        ("src/world/mod.rs", "use super::ir;"),
+        ("src/world/urdf/look.rs", "use super::super::super::ir;"),
+        ("src/plan/mod.rs", "use sgap::engine;"),
+        ("src/newroom/mod.rs", ""),
+    ] {
+        assert!(!forbidden(path, code).is_empty(), "{path}: {code}");
+    }
+    for (path, code) in [
+        (
+            "src/grp/mod.rs",
+            "use crate::engine::{\n    Mark,\n    Reasoner as R,\n};",
+        ),
+        (
+            "src/world/urdf/look.rs",
+            "use super::super::problems; use crate::{diag::{Problem, Problems}, source};",
+        ),
+        ("src/cli/plan.rs", "use sgap::engine;"),
+    ] {
+        assert_eq!(forbidden(path, code), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn a_crate_is_used_in_its_place_alone() {
+    let mut used = BTreeSet::new();
+    for source in sources() {
+        for (name, place) in CRATES {
+            if after_word(&source.code, name).any(|rest| rest.starts_with("::")) {
+                used.insert(*name);
+                assert!(
+                    source.path.starts_with(place),
+                    "{}: `{name}` belongs to {place}",
+                    source.path
+                );
+            }
+        }
+    }
+    let listed: BTreeSet<&str> = CRATES.iter().map(|(name, _)| *name).collect();
+    assert_eq!(used, listed, "a crate of the list is not used");
+}
+
+#[test]
+fn files_are_short_and_finished() {
+    for source in sources() {
+        let n = source.text.lines().count();
+        let longer = LONGER.iter().find(|(path, _)| *path == source.path);
+        let most = longer.map_or(LONGEST, |(_, most)| *most);
+        assert!(n <= most, "{} has {n} lines: split it", source.path);
+        assert!(
+            longer.is_none() || n > LONGEST,
+            "{} is short: take it from LONGER",
+            source.path
+        );
+        for stub in ["todo!", "unimplemented!"] {
+            assert!(!source.code.contains(stub), "{}: {stub}", source.path);
+        }
+    }
+}
+
+/// The problem codes in the sources, each with a file that says it.
+fn codes() -> BTreeMap<String, String> {
+    let mut found = BTreeMap::new();
+    for source in sources() {
+        for text in source.code.split('"') {
+            let Some((room, name)) = text.split_once("::") else {
+                continue;
+            };
+            let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+            if ["hatp", "world", "urdf", "plan"].contains(&room) && is_name {
+                found.insert(text.to_string(), source.path.clone());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_code_has_its_page_and_every_page_its_code() {
+    let codes = codes();
+    let page = |code: &str| format!("docs/errors/{}.md", code.replace("::", "-"));
+    for (code, path) in &codes {
+        let page = page(code);
+        let text = std::fs::read_to_string(&page).unwrap_or_default();
+        assert!(
+            text.starts_with(&format!("# {code}\n")),
+            "{path}: `{code}` has no page {page}"
+        );
+        let n_examples = text.matches("\n```").count() / 2;
+        assert!(
+            text.contains("\nRight:") && n_examples > 0,
+            "{page} shows no right example"
+        );
+    }
+    let known: BTreeSet<String> = codes.keys().map(|code| page(code)).collect();
+    for path in files("docs/errors") {
+        let path = path.to_str().unwrap().replace('\\', "/");
+        assert!(known.contains(&path), "{path}: no source has this code");
+    }
+}
+
+/// No file knows the machine on which it was written.
+#[test]
+fn no_file_names_a_folder_of_a_machine() {
+    let words = ["work", "tmp", "root", "home"].map(|folder| format!("/{folder}/"));
+    let mut paths = ["src", "docs", "tests", "domains", "worlds", "grammar", "benches"]
+        .map(files)
+        .concat();
+    paths.push(PathBuf::from("Cargo.toml"));
+    paths.retain(|path| path != Path::new("tests/tidy.rs"));
+    for path in paths {
+        // Pictures and packed scripts are no text.
+        let Ok(text) = std::fs::read_to_string(&path) else {
+            continue;
+        };
+        for word in &words {
+            assert!(!text.contains(word), "{} names `{word}`", path.display());
+        }
+    }
+}
