@@ -105,7 +105,7 @@ fn sure(ast: &File, broken: bool) -> Vec<Problem> {
     let declared_elsewhere = |code: &str| match code {
         // A world declares entities only.
         "hatp::unknown-name" => true,
-        _ => broken && code.starts_with("hatp::unknown-"),
+        _ => broken && code.split("::").any(|name| name.starts_with("unknown")),
     };
     let mut sure = problems.0;
     sure.retain(|p| p.severity == Severity::Error && !declared_elsewhere(p.code));

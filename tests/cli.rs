@@ -1,5 +1,9 @@
 //! The program as a user meets it: exit codes, what is printed where, and which files are written.
-#![expect(clippy::unwrap_used, reason = "tests")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "tests may unwrap; how long an answer takes is measured"
+)]
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;

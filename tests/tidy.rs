@@ -316,7 +316,7 @@ fn codes() -> BTreeMap<String, String> {
                 continue;
             };
             let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "world", "urdf", "plan"].contains(&room) && is_name {
+            if ["hatp", "world", "urdf", "plan", "output"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }
