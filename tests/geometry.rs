@@ -1,6 +1,10 @@
 //! Geometry against an independent tool's numbers, against slower ways to the same answer, and against properties that hold always.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 #![expect(clippy::unwrap_used, reason = "a test that fails stops here")]
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the platform's own functions are the independent opinion"
+)]
 
 #[path = "geometry/collide.rs"]
 mod collide;

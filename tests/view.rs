@@ -3,6 +3,7 @@
 //! The browser tests need `chromium` in the PATH and say that they are skipped where it is not.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 #![expect(clippy::unwrap_used, reason = "a test says by a panic what is wrong")]
+#![expect(clippy::disallowed_methods, reason = "a browser that hangs is ended by the clock")]
 
 #[path = "view/browser.rs"]
 mod browser;

@@ -1,7 +1,7 @@
 //! Values of expressions, truth of tests, and effects, in the current state.
 //!
 //! NULL (language, section 2): a path whose step before the last is NULL has no value at all; a literal with such a path is
-//! false (`!=`: true). An unset last step is the value `NULL`, equal to `NULL`.
+//! false (`!=`: true). An unset last step is the value `NULL`, equal to `NULL`. A division by zero has no value either.
 
 use std::sync::Arc;
 
@@ -18,8 +18,34 @@ pub(super) struct Context<'a> {
     pub reasoner: &'a mut dyn Reasoner,
     /// Slots read since somebody last cleared it; for causal links.
     pub reads: Vec<SlotId>,
-    /// Cost and duration [s] of the projection of the action at hand.
+    /// Cost and duration [s] of the projection of the action at hand; zeros where there is none.
     pub projection: (f64, f64),
+    /// Whether the world state is already the one after the action at hand: shared attributes that nobody has read before
+    /// then go to `missed`, and count as NULL.
+    pub is_late: bool,
+    pub missed: Vec<SlotId>,
+}
+
+/// Returns a frame with the arguments first and the other variables unset.
+pub(super) fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
+    let mut frame = args.to_vec();
+    frame.resize(n_vars.max(args.len()), Value::Null);
+    frame
+}
+
+impl<'a> Context<'a> {
+    /// Returns a context with no projection at hand.
+    pub fn new(domain: &'a Domain, state: &'a mut State, reasoner: &'a mut dyn Reasoner) -> Self {
+        Context {
+            domain,
+            state,
+            reasoner,
+            reads: Vec::new(),
+            projection: (0.0, 0.0),
+            is_late: false,
+            missed: Vec::new(),
+        }
+    }
 }
 
 impl Context<'_> {
@@ -27,6 +53,10 @@ impl Context<'_> {
     pub fn slot(&mut self, slot: SlotId) -> Value {
         if let Some(value) = self.state.get(slot) {
             return value.clone();
+        }
+        if self.is_late {
+            self.missed.push(slot);
+            return Value::Null;
         }
         let place = self.domain.slots[slot.index()];
         let value = self.reasoner.fact(self.domain, place.attribute, place.entity);
@@ -38,7 +68,8 @@ impl Context<'_> {
         self.domain.attributes[attribute.index()].slots[entity.index()]
     }
 
-    /// Returns the value, or `None` when a step of its path goes through NULL (or a number through one).
+    /// Returns the value, or `None` when a step of its path goes through NULL (or a number through one), or a number would
+    /// not be finite.
     pub fn value(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
         Some(match expr {
             Expr::Const(value) => value.clone(),
@@ -64,12 +95,13 @@ impl Context<'_> {
             }
             Expr::Arithmetic { op, left, right } => {
                 let (l, r) = (self.number(left, frame)?, self.number(right, frame)?);
-                Value::Number(match op {
+                let x = match op {
                     ArithmeticOp::Add => l + r,
                     ArithmeticOp::Subtract => l - r,
                     ArithmeticOp::Multiply => l * r,
                     ArithmeticOp::Divide => l / r,
-                })
+                };
+                Value::Number(Some(x).filter(|x| x.is_finite())?)
             }
             Expr::Negate(inner) => Value::Number(-self.number(inner, frame)?),
             Expr::SetWith { set, element } | Expr::SetWithout { set, element } => {

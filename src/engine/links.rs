@@ -5,7 +5,7 @@
 //! Starts are the longest paths over links and streams: one action at a time per agent (thesis 4.3.2).
 
 use indexmap::IndexMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::explain::slot_name;
 use super::reasoner::GasRef;
@@ -176,8 +176,18 @@ fn ordered_leaves(found: &Found, domain: &Domain) -> Vec<(usize, usize)> {
             continue;
         };
         let subtasks = &domain.methods[method.index()].decompositions[decomposition].subtasks;
+        // What comes before a subtask that needs no action comes before its successors all the same.
+        let all_before = |subtask: usize| {
+            let (mut found, mut open) = (BTreeSet::new(), subtasks[subtask].after.clone());
+            while let Some(before) = open.pop() {
+                if found.insert(before) {
+                    open.extend(&subtasks[before].after);
+                }
+            }
+            found
+        };
         for (after, steps_after) in &by_subtask {
-            for before in &subtasks[*after].after {
+            for before in &all_before(*after) {
                 let steps_before = by_subtask.get(before).map_or(&[][..], Vec::as_slice);
                 pairs.extend(
                     steps_before

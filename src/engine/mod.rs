@@ -4,6 +4,7 @@
 //!
 //! **Invariant:** the engine asks a [`Reasoner`] and never sees a coordinate.
 
+mod changes;
 mod eval;
 mod explain;
 mod links;

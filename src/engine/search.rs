@@ -9,13 +9,15 @@
 //!
 //! Nothing is copied at a choice point: what grew since is cut off, what changed is undone by the state's trail.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::eval::Context;
+use super::changes::changes;
+use super::eval::{Context, frame};
 use super::explain::failed_literal;
 use super::reasoner::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
 use super::state::{State, TrailMark};
-use crate::ir::{Action, ActionId, Binder, Domain, Goal, MethodId, SelectOrder, SlotId, TaskId, Value};
+use crate::ir::{ActionId, Binder, Domain, Goal, MethodId, SelectOrder, SlotId, TaskId, Value};
 use crate::plan::{Refusal, WhyNot};
 
 /// What to look for.
@@ -32,7 +34,8 @@ pub struct Settings {
 /// Ends of a search; counts, so that the same input ends at the same place on every machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
-    /// Tasks taken up (decomposed, applied or refused).
+    /// Tasks taken up (decomposed, applied or refused). As many choices may be taken back, so that choices which lead to
+    /// no task come to an end too.
     pub expansions: u64,
     /// Methods inside methods.
     pub depth: usize,
@@ -82,12 +85,15 @@ pub struct Step {
     pub action: ActionId,
     pub args: Vec<Value>,
     pub gas: Option<GasRef>,
+    /// Cost and duration [s] of its projection; zeros without one.
+    pub geometric: (f64, f64),
     pub cost: f64,
     /// (least, most) [s]; a projected action lasts at least as long as its trajectories.
     pub duration: (f64, f64),
-    /// Slots that its precondition, effects, cost and duration read.
+    /// Slots that its precondition, the arguments of its projection, effects, cost and duration read.
     pub reads: Vec<SlotId>,
-    /// Slots that its effects wrote; shared attributes that geometry changed come on top in [`Found::changes`].
+    /// Slots that its effects wrote; for a projected one also the shared ones that some other action's effects wrote.
+    /// Shared attributes that geometry changed come on top in [`Found::changes`].
     pub writes: Vec<SlotId>,
     /// Its leaf in the decomposition tree.
     pub node: usize,
@@ -213,13 +219,7 @@ pub fn solve(
     let mut state = State::new(domain, &shared);
     let start_world = reasoner.save();
     let mut search = Search {
-        context: Context {
-            domain,
-            state: &mut state,
-            reasoner,
-            reads: Vec::new(),
-            projection: (0.0, 0.0),
-        },
+        context: Context::new(domain, &mut state, reasoner),
         settings,
         shared: &shared,
         cells: Vec::new(),
@@ -233,6 +233,7 @@ pub fn solve(
         statistics: Statistics::default(),
         truncated: Truncated::default(),
         why_not: WhyNot::default(),
+        budget_spent: false,
     };
     let ending = search.run(goal, stop, on_plan);
     let Search {
@@ -266,6 +267,8 @@ struct Search<'a> {
     statistics: Statistics,
     truncated: Truncated,
     why_not: WhyNot,
+    /// Whether a task could not be taken up for want of budget.
+    budget_spent: bool,
 }
 
 impl Search<'_> {
@@ -279,12 +282,6 @@ impl Search<'_> {
         });
         let mut flow = self.reach(0, 0);
         loop {
-            if stop.load(Ordering::Relaxed) {
-                return Ending::Interrupted;
-            }
-            if self.statistics.expansions > self.settings.budget.expansions {
-                return Ending::BudgetSpent;
-            }
             if flow == Flow::Forward && self.head.is_none() {
                 self.record(on_plan);
                 if !self.settings.best {
@@ -292,12 +289,25 @@ impl Search<'_> {
                 }
                 flow = Flow::Back;
             }
+            if stop.load(Ordering::Relaxed) {
+                return Ending::Interrupted;
+            }
+            if self.budget_spent {
+                return Ending::BudgetSpent;
+            }
             flow = match flow {
                 Flow::Forward => self.advance(),
                 Flow::Back => match self.choices.pop() {
                     Some((point, choice)) => {
+                        if self.statistics.backtracks >= self.settings.budget.expansions {
+                            return Ending::BudgetSpent;
+                        }
                         self.statistics.backtracks += 1;
-                        self.retry(point, choice)
+                        // A better plan may have been found since this choice was made.
+                        match self.too_costly(point.cost) {
+                            Some(refusal) => self.refuse(refusal),
+                            None => self.retry(point, choice),
+                        }
                     }
                     None if self.truncated == Truncated::default() => return Ending::Exhausted,
                     None => return Ending::ExhaustedTruncated(self.truncated),
@@ -345,6 +355,7 @@ impl Search<'_> {
     }
 
     fn go_back(&mut self, point: &Point) {
+        self.context.reads.clear();
         self.context.state.restore(point.trail);
         self.context.reasoner.restore(point.world);
         self.head = point.head;
@@ -405,7 +416,7 @@ impl Search<'_> {
                 match self.context.reasoner.find_alternative(gas, tried) {
                     Ok(projection) => {
                         self.push_alternatives(point, node, projection, limit);
-                        self.apply_action(node, Some(projection))
+                        self.apply_action(node, Some((point, projection)))
                     }
                     Err(refusal) => {
                         self.truncated.geometry += u64::from(!refusal.exhausted);
@@ -480,7 +491,12 @@ impl Search<'_> {
 
     /// Takes up the task of a tree node: applies an action, or decomposes a method whose goal does not hold yet.
     fn reach(&mut self, node: usize, depth: usize) -> Flow {
+        if self.statistics.expansions >= self.settings.budget.expansions {
+            self.budget_spent = true;
+            return Flow::Back;
+        }
         self.statistics.expansions += 1;
+        self.context.reads.clear();
         let domain = self.context.domain;
         match self.nodes[node].task {
             TaskId::Action(action) => self.try_action(node, action),
@@ -489,7 +505,7 @@ impl Search<'_> {
                     self.truncated.depth += 1;
                     return self.refuse(Refusal::TooDeep {
                         task: self.show_node(node),
-                        depth,
+                        depth: self.settings.budget.depth,
                     });
                 }
                 let method = &domain.methods[method.index()];
@@ -587,8 +603,11 @@ impl Search<'_> {
                     if let SelectOrder::Sorted { descending, .. } = order {
                         // Stable: ties stay in declaration order; entities without a number come last.
                         candidates.sort_by(|(a, _), (b, _)| match (a, b) {
-                            (Some(a), Some(b)) if *descending => b.total_cmp(a),
-                            (Some(a), Some(b)) => a.total_cmp(b),
+                            // INVARIANT: a number that an expression gives is finite; `total_cmp` would tell -0 from 0.
+                            (Some(a), Some(b)) => {
+                                let order = a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal);
+                                if *descending { order.reverse() } else { order }
+                            }
                             (a, b) => a.is_none().cmp(&b.is_none()),
                         });
                     }
@@ -662,7 +681,6 @@ impl Search<'_> {
                 }
             }
         }
-        self.read_ahead(action, &mut frame);
         let point = self.point();
         self.statistics.projections += 1;
         match self.context.reasoner.project(
@@ -675,7 +693,7 @@ impl Search<'_> {
             Ok(solution) => {
                 let limit = action.alternatives.unwrap_or(self.settings.branching);
                 self.push_alternatives(point, node, solution, limit);
-                self.apply_action(node, Some(solution))
+                self.apply_action(node, Some((point, solution)))
             }
             Err(refusal) => {
                 self.truncated.geometry += u64::from(!refusal.exhausted);
@@ -685,34 +703,56 @@ impl Search<'_> {
     }
 
     /// Applies the effects; after a projection all shared attributes are read anew from geometry (thesis 4.3.5).
-    fn apply_action(&mut self, node: usize, projection: Option<Projection>) -> Flow {
+    /// `projected` is the point before the projection, and what it gave.
+    fn apply_action(&mut self, node: usize, projected: Option<(Point, Projection)>) -> Flow {
         let domain = self.context.domain;
         let TaskId::Action(id) = self.nodes[node].task else {
             return Flow::Back;
         };
         let action = &domain.actions[id.index()];
         let args = self.nodes[node].args.clone();
-        let mut frame = frame(&args, action.n_vars);
-        self.context.projection = projection.map_or((0.0, 0.0), |p| (p.cost, p.duration));
-        self.context.reads.clear();
-        self.context.holds(&action.preconditions, &mut frame);
-        let cost = self.context.number(&action.cost, &mut frame);
-        let least = self.context.number(&action.duration.0, &mut frame);
-        let most = self.context.number(&action.duration.1, &mut frame);
-        let (cost, least, most) = match (cost, least, most) {
-            (Some(c), Some(l), Some(m)) if c >= 0.0 && l >= 0.0 && m >= l && m.is_finite() && c.is_finite() => {
-                (c, l, m)
+        let geometric = projected.map_or((0.0, 0.0), |(_, p)| (p.cost, p.duration));
+        let (numbers, writes) = loop {
+            let mut frame = frame(&args, action.n_vars);
+            self.context.reads.clear();
+            self.context.holds(&action.preconditions, &mut frame);
+            for arg in action.projects.iter().flat_map(|p| &p.args) {
+                self.context.value(arg, &mut frame);
             }
-            (c, l, m) => {
-                let bad = |x: &Option<f64>| x.is_none_or(|x| !(x >= 0.0 && x.is_finite()));
-                let (what, value) = if bad(&c) {
-                    ("cost", c)
-                } else if bad(&l) {
-                    ("least duration", l)
-                } else {
-                    ("most duration", m)
-                };
+            (self.context.projection, self.context.is_late) = (geometric, projected.is_some());
+            let numbers =
+                [&action.cost, &action.duration.0, &action.duration.1].map(|e| self.context.number(e, &mut frame));
+            let mut writes = Vec::new();
+            self.context.apply(&action.effects, &mut frame, &mut writes);
+            (self.context.projection, self.context.is_late) = ((0.0, 0.0), false);
+            let missed = std::mem::take(&mut self.context.missed);
+            match projected {
+                // All this looks at the world state before the projection, and which shared attributes it looks at may
+                // depend on what the projection gave. INVARIANT: every round reads a slot more, so there is a last one.
+                Some((point, projection)) if !missed.is_empty() => {
+                    self.context.state.restore(point.trail);
+                    self.context.reasoner.restore(point.world);
+                    for slot in missed {
+                        self.context.slot(slot);
+                    }
+                    self.context.reasoner.replay(projection.gas);
+                }
+                _ => break (numbers, writes),
+            }
+        };
+        let (cost, least, most) = match numbers {
+            [Some(c), Some(l), Some(m)] if c >= 0.0 && l >= 0.0 && m >= l => (c, l, m),
+            [c, l, m] => {
                 let task = self.show_node(node);
+                let bad = |x: &Option<f64>| x.is_none_or(|x| x < 0.0);
+                let (what, value) = match (l, m) {
+                    _ if bad(&c) => ("cost", c),
+                    _ if bad(&l) => ("least duration", l),
+                    (Some(least), Some(most)) if most >= 0.0 => {
+                        return self.refuse(Refusal::DurationOrder { task, least, most });
+                    }
+                    _ => ("most duration", m),
+                };
                 return self.refuse(Refusal::BadNumber {
                     task,
                     what,
@@ -720,25 +760,23 @@ impl Search<'_> {
                 });
             }
         };
-        let mut writes = Vec::new();
-        self.context.apply(&action.effects, &mut frame, &mut writes);
-        let mut reads = std::mem::take(&mut self.context.reads);
+        let (mut reads, mut writes) = (std::mem::take(&mut self.context.reads), writes);
         for list in [&mut reads, &mut writes] {
             list.sort();
             list.dedup();
         }
-        if projection.is_some() {
+        if projected.is_some() {
             for slot in self.shared {
                 self.context.state.forget(*slot);
             }
         }
         self.cost += cost;
-        let length = projection.map_or(0.0, |p| p.duration);
-        let duration = (least.max(length), most.max(length));
+        let duration = (least.max(geometric.1), most.max(geometric.1));
         self.steps.push(Step {
             action: id,
             args,
-            gas: projection.map(|p| p.gas),
+            gas: projected.map(|(_, p)| p.gas),
+            geometric,
             cost,
             duration,
             reads,
@@ -748,25 +786,17 @@ impl Search<'_> {
         if self.steps.len() > self.why_not.deepest.len() {
             self.why_not.deepest = self.steps.iter().map(|s| self.show_node(s.node)).collect();
         }
-        // HEURISTIC: what is still to be done is bounded below by 0.
-        if let Some(best) = &self.best
-            && self.cost >= best.cost - COST_TOLERANCE
-        {
-            let (cost, bound) = (self.cost, best.cost);
-            return self.refuse(Refusal::TooCostly { cost, bound });
+        match self.too_costly(self.cost) {
+            Some(refusal) => self.refuse(refusal),
+            None => Flow::Forward,
         }
-        Flow::Forward
     }
 
-    /// Reads whatever the action looks at while the world state is still the one it starts in: shared attributes are read
-    /// on demand, and after the projection it would be too late.
-    fn read_ahead(&mut self, action: &Action, frame: &mut [Value]) {
-        for expr in [&action.cost, &action.duration.0, &action.duration.1] {
-            self.context.value(expr, frame);
-        }
-        let mark = self.context.state.mark();
-        self.context.apply(&action.effects, frame, &mut Vec::new());
-        self.context.state.restore(mark);
+    /// Says why a plan that begins with this cost can't be better than the best one, if so.
+    fn too_costly(&self, cost: f64) -> Option<Refusal> {
+        // HEURISTIC: what is still to be done is bounded below by 0.
+        let bound = self.best.as_ref()?.cost;
+        (cost >= bound - COST_TOLERANCE).then_some(Refusal::TooCostly { cost, bound })
     }
 
     fn show_node(&self, node: usize) -> String {
@@ -777,68 +807,28 @@ impl Search<'_> {
 
     /// Keeps the plan at hand, with what each step changed, as the best one.
     fn record(&mut self, on_plan: &mut dyn FnMut(&Found, &Statistics)) {
+        let domain = self.context.domain;
         self.statistics.plans += 1;
+        let mut steps = self.steps.clone();
+        // What an action without geometry says of a shared attribute, the next projection overrides: that is a write too,
+        // even where the value happens to stay.
+        let said = steps.iter().filter(|s| s.gas.is_none()).flat_map(|s| &s.writes);
+        let said: BTreeSet<SlotId> = said.copied().filter(|s| self.shared.binary_search(s).is_ok()).collect();
+        for step in steps.iter_mut().filter(|s| s.gas.is_some()) {
+            step.writes.extend(&said);
+            step.writes.sort();
+            step.writes.dedup();
+        }
         let found = Found {
-            steps: self.steps.clone(),
+            steps,
             tree: Tree(self.nodes.clone()),
             cost: self.cost,
-            changes: self.changes(),
+            changes: changes(domain, self.shared, &self.steps, self.context.reasoner),
         };
         on_plan(&found, &self.statistics);
         self.best = Some(found);
-    }
-
-    /// Runs the plan at hand once more from the start, reading every shared attribute after every step.
-    fn changes(&mut self) -> Vec<Vec<(SlotId, Value)>> {
-        let domain = self.context.domain;
-        let world = self.context.reasoner.save();
-        self.context.reasoner.rewind();
-        let mut state = State::new(domain, self.shared);
-        let mut context = Context {
-            domain,
-            state: &mut state,
-            reasoner: &mut *self.context.reasoner,
-            reads: Vec::new(),
-            projection: (0.0, 0.0),
-        };
-        let all: Vec<SlotId> = (0..domain.slots.len()).map(|i| SlotId(i as u32)).collect();
-        let mut before: Vec<Value> = all.iter().map(|s| context.slot(*s)).collect();
-        let mut changes = Vec::with_capacity(self.steps.len());
-        for step in &self.steps {
-            let action = &domain.actions[step.action.index()];
-            let mut frame = frame(&step.args, action.n_vars);
-            let mut writes = Vec::new();
-            context.apply(&action.effects, &mut frame, &mut writes);
-            if let Some(gas) = step.gas {
-                context.reasoner.replay(gas);
-                for slot in self.shared {
-                    context.state.forget(*slot);
-                }
-                writes.extend_from_slice(self.shared);
-            }
-            writes.sort();
-            writes.dedup();
-            let mut changed = Vec::new();
-            for slot in writes {
-                let value = context.slot(slot);
-                if value != before[slot.index()] {
-                    before[slot.index()] = value.clone();
-                    changed.push((slot, value));
-                }
-            }
-            changes.push(changed);
-        }
-        self.context.reasoner.restore(world);
-        changes
     }
 }
 
 /// Plans whose costs differ by less are equally good.
 const COST_TOLERANCE: f64 = 1e-9;
-
-/// Returns a frame with the arguments first and the other variables unset.
-fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
-    let mut frame = args.to_vec();
-    frame.resize(n_vars.max(args.len()), Value::Null);
-    frame
-}

@@ -63,3 +63,95 @@ impl State {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SLOTS: u32 = 5;
+    /// The last two slots are shared.
+    const SHARED: [SlotId; 2] = [SlotId(3), SlotId(4)];
+
+    #[derive(Debug, Clone)]
+    enum Step {
+        Set(u32, u8),
+        Read(usize),
+        /// The world changes to the state of that number: every shared slot is forgotten.
+        Move(u8),
+        Mark,
+        /// Back to one of the marks that are left.
+        Restore(usize),
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        prop_oneof![
+            (0..SLOTS, any::<u8>()).prop_map(|(slot, value)| Step::Set(slot, value)),
+            (0..SHARED.len()).prop_map(Step::Read),
+            any::<u8>().prop_map(Step::Move),
+            Just(Step::Mark),
+            any::<usize>().prop_map(Step::Restore),
+        ]
+    }
+
+    fn number(x: u8) -> Value {
+        Value::Number(f64::from(x))
+    }
+
+    /// What geometry says of a shared slot in a world state.
+    fn fact(world: u8, slot: SlotId) -> Value {
+        Value::Number(f64::from(world) * 10.0 + f64::from(slot.0))
+    }
+
+    /// What anybody would see who reads all slots now.
+    fn seen(state: &State, world: u8) -> Vec<Value> {
+        let slots = (0..SLOTS).map(SlotId);
+        slots
+            .map(|s| state.get(s).cloned().unwrap_or_else(|| fact(world, s)))
+            .collect()
+    }
+
+    proptest! {
+        /// A state with a trail is a state that is copied at every mark.
+        #[test]
+        fn undo_gives_back_what_a_copy_would_have_kept(steps in prop::collection::vec(step(), 0..60)) {
+            let domain = Domain { initial: vec![number(0); SLOTS as usize], ..Domain::default() };
+            let mut state = State::new(&domain, &SHARED);
+            let mut world = 0;
+            let mut model = seen(&state, world);
+            let mut marks = Vec::new();
+            for step in steps {
+                match step {
+                    Step::Set(slot, value) => {
+                        state.set(SlotId(slot), number(value));
+                        model[slot as usize] = number(value);
+                    }
+                    Step::Read(which) => {
+                        let slot = SHARED[which];
+                        if state.get(slot).is_none() {
+                            state.remember(slot, fact(world, slot));
+                        }
+                    }
+                    Step::Move(to) => {
+                        world = to;
+                        for slot in SHARED {
+                            state.forget(slot);
+                            model[slot.index()] = fact(world, slot);
+                        }
+                    }
+                    Step::Mark => marks.push((state.mark(), world, model.clone())),
+                    Step::Restore(which) => {
+                        if !marks.is_empty() {
+                            marks.truncate(which % marks.len() + 1);
+                            if let Some((mark, then, copy)) = marks.last() {
+                                state.restore(*mark);
+                                (world, model) = (*then, copy.clone());
+                            }
+                        }
+                    }
+                }
+                prop_assert_eq!(seen(&state, world), model.clone());
+            }
+        }
+    }
+}

@@ -31,6 +31,8 @@ pub enum Refusal {
         what: &'static str,
         value: f64,
     },
+    /// The least duration is above the most.
+    DurationOrder { task: String, least: f64, most: f64 },
     /// Geometry found no (further) solution.
     Geometry(ActionRefusal),
     /// The plan would cost at least as much as the best one known.
@@ -132,6 +134,9 @@ impl fmt::Display for Refusal {
             Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
             Refusal::BadNumber { task, what, value } => {
                 write!(f, "{task}: its {what} is {value}, which is not a number >= 0")
+            }
+            Refusal::DurationOrder { task, least, most } => {
+                write!(f, "{task}: its least duration {least} is above its most {most}")
             }
             Refusal::Geometry(refusal) => write!(f, "{refusal}"),
             Refusal::TooCostly { cost, bound } => {

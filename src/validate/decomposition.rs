@@ -2,8 +2,8 @@
 //!
 //! The document does not say which entities the variables of a decomposition (SELECT, `let`) stood for, so they are
 //! searched for: some choice that passes the filters must give the subtasks that are there. Children stand in the order
-//! of execution and each is one block (no interleaving). A subtask's arguments may be read in the state in which its
-//! task was decomposed or in the one in which it is reached: the language leaves that open.
+//! of execution and each is one block (no interleaving). A subtask's arguments are read in the state in which it is
+//! reached, its variables in the one in which its task was decomposed.
 
 use super::{
     Settings,
@@ -242,12 +242,9 @@ impl Matching<'_> {
             if used[j] || !ready || subtask.task != child.goal.task {
                 continue;
             }
-            let fits = [self.start, child.at].iter().any(|at| {
-                let view = self.view(*at);
-                let values = subtask.args.iter().map(|a| view.value(a, frame).unwrap_or_default());
-                values.eq(child.goal.args.iter().cloned())
-            });
-            if !fits {
+            let view = self.view(child.at);
+            let values = subtask.args.iter().map(|a| view.value(a, frame).unwrap_or_default());
+            if !values.eq(child.goal.args.iter().cloned()) {
                 continue;
             }
             used[j] = true;

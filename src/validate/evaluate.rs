@@ -1,8 +1,9 @@
 //! Tests, expressions and effects on a state, for the replay alone.
 //!
 //! A plain walk over the tree, with none of the engine's compilation, undo or bit tricks: slow, and easy to believe.
-//! A step through NULL has no value: a comparison with it is false, `!=` is true, and as an argument it is `NULL`
-//! (language, section 2). Arithmetic on something that is not a number, and a division by zero, have no value either.
+//! A step through NULL has no value: a comparison with it is false, `!=` is true, and `let` names `NULL` (language,
+//! section 2). Arithmetic on something that is not a number, a division by zero, and a list or set with a member that is
+//! `NULL` have no value either.
 
 use std::sync::Arc;
 
@@ -56,9 +57,10 @@ impl<'a> View<'a> {
             Expr::List(elements) => {
                 let mut set = EntitySet::default();
                 for e in elements {
-                    if let Value::Entity(e) = self.value(e, frame)? {
-                        set.insert(e);
-                    }
+                    let Value::Entity(e) = self.value(e, frame)? else {
+                        return None;
+                    };
+                    set.insert(e);
                 }
                 Some(Value::Set(Arc::new(set)))
             }
@@ -90,10 +92,11 @@ impl<'a> View<'a> {
         let Value::Set(set) = self.value(set, frame)? else {
             return None;
         };
+        let Value::Entity(e) = self.value(element, frame)? else {
+            return None;
+        };
         let mut set = EntitySet::clone(&set);
-        if let Value::Entity(e) = self.value(element, frame)? {
-            change(&mut set, e);
-        }
+        change(&mut set, e);
         Some(Value::Set(Arc::new(set)))
     }
 
@@ -257,7 +260,8 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
     }
 }
 
-/// Runs effects in order, each seeing what the ones before have changed. An assignment through NULL does nothing.
+/// Runs effects in order, each seeing what the ones before have changed. An effect whose target or value goes through NULL
+/// does nothing.
 pub(super) fn apply(
     domain: &Domain,
     values: &mut [Value],
@@ -278,11 +282,7 @@ pub(super) fn apply(
                 value,
             } => {
                 let slot = view.value(entity, frame).and_then(|e| view.slot(&e, *attribute));
-                let mut value = view.value(value, frame).unwrap_or_default();
-                if domain.attributes[attribute.index()].is_set && value == Value::Null {
-                    value = Value::Set(Arc::default());
-                }
-                if let Some(slot) = slot {
+                if let (Some(slot), Some(value)) = (slot, view.value(value, frame)) {
                     values[slot.index()] = value;
                 }
             }

@@ -1,0 +1,57 @@
+//! What the language leaves to be decided, search and validator decide alike. (`tests/props.rs` looks for more.)
+
+use sgap::plan::Plan;
+
+use crate::domain::text;
+use crate::run::{Run, second_opinion, symbolic};
+
+/// Plans `Go(R)`; the plan must be valid.
+fn agreed(tasks: &str) -> (Run, Plan) {
+    let run = symbolic(&text(tasks), "Go(R)");
+    let plan = run.document();
+    second_opinion(&run, &plan).map_err(|f| f.to_string()).unwrap();
+    (run, plan)
+}
+
+/// The box follows the cup to where it is then, not to where it was when the task was decomposed.
+#[test]
+fn arguments_are_those_of_the_moment_at_which_the_subtask_is_reached() {
+    let (run, mut plan) =
+        agreed("method Go(Agent A) { { subtasks { 1: Move(A, CUP, SHELF); 2: Move(A, BOX, CUP.at) > 1; }; } }");
+    assert_eq!(plan.actions[1].arguments, ["R", "BOX", "SHELF"]);
+    plan.actions[1].arguments[2] = "TABLE".into();
+    plan.actions[1].changes["BOX.at"] = "TABLE".into();
+    plan.decomposition.children[1].arguments[2] = "TABLE".into();
+    // The link said that the box needs to know where the cup is put; nothing else is wrong.
+    assert_eq!(second_opinion(&run, &plan).unwrap_err().code(), "subtasks");
+}
+
+/// Variables are those of the moment at which the task was decomposed.
+#[test]
+fn variables_are_those_of_the_moment_of_the_decomposition() {
+    let (run, mut plan) = agreed(
+        "method Go(Agent A) { { subtasks { P = SELECT(Place, {CUP.at == P;}); 1: Move(A, CUP, SHELF); 2: Move(A, BOX, P) > 1; }; } }",
+    );
+    assert_eq!(plan.actions[1].arguments, ["R", "BOX", "TABLE"]);
+    plan.actions[1].arguments[2] = "SHELF".into();
+    plan.actions[1].changes["BOX.at"] = "SHELF".into();
+    plan.decomposition.children[1].arguments[2] = "SHELF".into();
+    assert_eq!(second_opinion(&run, &plan).unwrap_err().code(), "subtasks");
+}
+
+#[test]
+fn effects_with_a_value_through_null_change_nothing() {
+    let (_, plan) = agreed(
+        "action Lose(Agent A) { effects { CUP.at = A.holds.at; CUP.weight = A.count + 1; BOX.users = BOX.users + A.helper; PEN.users = [A, A.helper]; } }
+         method Go(Agent A) { { subtasks { 1: Lose(A); }; } }",
+    );
+    assert!(plan.actions[0].changes.is_empty());
+}
+
+#[test]
+fn order_through_a_subtask_without_actions() {
+    agreed(
+        "method Nothing(Agent A) { goal { A.count == NULL; } { subtasks { 1: Mark(A, CUP); }; } }
+         method Go(Agent A) { { subtasks { 1: Mark(A, BOX); 2: Nothing(A) > 1; 3: Mark(H, PEN) > 2; }; } }",
+    );
+}
