@@ -75,7 +75,7 @@ const CRATES: &[(&str, &str)] = &[
     ("pest", "src/syntax/parser"),
     ("pest_derive", "src/syntax/parser"),
     ("strsim", "src/diag/suggest.rs"),
-    ("miette", "src/diag/render.rs"),
+    ("miette", "src/diag/render"),
     ("parry3d_f64", "src/geom/collide"),
     ("toml", "src/world/"),
     ("urdf_rs", "src/world/urdf"),
@@ -316,7 +316,7 @@ fn codes() -> BTreeMap<String, String> {
                 continue;
             };
             let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "world", "urdf", "plan"].contains(&room) && is_name {
+            if ["hatp", "world", "urdf", "plan", "output"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }
