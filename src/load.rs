@@ -1,10 +1,10 @@
 //! Joins the two halves of the input: a domain and the world that it is planned in.
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
-use crate::diag::{Problem, Problems};
+use crate::diag::{Problem, Problems, Severity};
 use crate::ir::{Domain, Goal};
 use crate::source::{FileId, Files, Sources};
-use crate::syntax;
+use crate::syntax::{self, ast::File};
 use crate::world::{self, Literal, World};
 
 /// A domain compiled against a world, with the task to plan if one is named.
@@ -23,6 +23,12 @@ pub fn load(
     sources: &mut Sources,
     files: &dyn Files,
 ) -> (Option<Input>, Problems) {
+    if domain_path.ends_with(".toml") && !world_path.ends_with(".toml") {
+        let message = format!("`{domain_path}` is a world file, and a domain is wanted first");
+        let problem = Problem::unplaced("hatp::unreadable", message);
+        let help = format!("the domain comes before the world: `{world_path} {domain_path}`");
+        return (None, Problems(vec![problem.help(help)]));
+    }
     let (world, mut problems) = world::load(world_path, sources, files);
     let file = match read_domain(domain_path, sources, files) {
         Ok(file) => file,
@@ -34,8 +40,9 @@ pub fn load(
     let (ast, syntax_problems) = syntax::parse(file, &sources.get(file).text);
     let broken = syntax_problems.has_errors();
     problems.extend(syntax_problems);
-    // Names that only a broken world or a broken line would have declared are not worth an error each.
+    problems.0.extend(empty(&ast, broken, domain_path));
     let Some(world) = world.filter(|_| !broken) else {
+        problems.0.extend(sure(&ast, broken));
         return (None, problems);
     };
     let (domain, check_problems) = check::compile(&[ast], &given(&world));
@@ -43,7 +50,8 @@ pub fn load(
     let Some(domain) = domain else { return (None, problems) };
     let goal = match (task, &world.task) {
         (Some(text), _) => {
-            let file = sources.add("--task", text);
+            // Like a line of a file: a mark at its end is drawn below it.
+            let file = sources.add("--task", format!("{text}\n"));
             parse_goal(text, file, 0, &domain, &mut problems)
         }
         (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &domain, &mut problems),
@@ -68,12 +76,40 @@ pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Op
     let (ast, found) = syntax::parse(file, &sources.get(file).text);
     let broken = found.has_errors();
     problems.extend(found);
+    problems.0.extend(empty(&ast, broken, path));
     if broken {
+        problems.0.extend(sure(&ast, broken));
         return (None, problems);
     }
     let (domain, found) = check::compile(&[ast], &Given::default());
     problems.extend(found);
-    (domain, problems)
+    (domain.filter(|_| !problems.has_errors()), problems)
+}
+
+/// Says that a domain without a declaration is no domain.
+fn empty(ast: &File, broken: bool, path: &str) -> Option<Problem> {
+    let is_empty = ast.items.is_empty() && !broken;
+    is_empty.then(|| {
+        let message = format!("`{path}` declares nothing");
+        let help =
+            "a domain has a `factdatabase { }` with types and attributes, and an `HTN { }` with actions and methods";
+        Problem::unplaced("hatp::empty", message).help(help)
+    })
+}
+
+/// Returns the errors of a domain that stand whatever its broken world or its broken lines would have declared.
+///
+/// Names that only those would have declared are not worth an error each, and warnings can wait.
+fn sure(ast: &File, broken: bool) -> Vec<Problem> {
+    let (_, problems) = check::compile(std::slice::from_ref(ast), &Given::default());
+    let declared_elsewhere = |code: &str| match code {
+        // A world declares entities only.
+        "hatp::unknown-name" => true,
+        _ => broken && code.split("::").any(|name| name.starts_with("unknown")),
+    };
+    let mut sure = problems.0;
+    sure.retain(|p| p.severity == Severity::Error && !declared_elsewhere(p.code));
+    sure
 }
 
 /// Returns what the world declares, in the checker's terms.

@@ -117,7 +117,13 @@ impl Walk<'_> {
         if !kind.fits(wanted, &self.names.domain) {
             let words = self.words(wanted);
             let problem = self.mismatch(expr.span, &words, kind);
-            self.problems.push(problem);
+            let unquoted = match &expr.kind {
+                ExprKind::String(s) if self.names.entities.contains_key(s) => {
+                    Some(format!("write `{s}` without quotes"))
+                }
+                _ => None,
+            };
+            self.problems.push(problem.maybe_help(unquoted));
         }
         value
     }

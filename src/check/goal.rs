@@ -29,6 +29,18 @@ pub fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain) -> (
                 name.span,
                 candidates,
             ));
+            // The arguments are looked at, too: one answer for all that is wrong.
+            let functions = Functions::default();
+            let mut walk = Walk {
+                names: &mut names,
+                functions: &functions,
+                problems: &mut problems,
+                scope: Scope::default(),
+                wanted: "number",
+            };
+            for arg in &call.args {
+                walk.single(arg);
+            }
             None
         }
         Some(task) => {
@@ -51,7 +63,11 @@ pub fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain) -> (
             let args: Option<Vec<ir::Value>> = args.map(|(arg, at)| constant(arg, at.span, &mut problems)).collect();
             for (arg, at) in args.iter().flatten().zip(&call.args) {
                 // Ids of strings belong to the domain; one that is not there would name nothing.
-                if matches!(arg, ir::Value::String(s) if s.index() >= domain.strings.len()) {
+                let is_wrong = problems
+                    .0
+                    .iter()
+                    .any(|p| p.primary.as_ref().is_some_and(|l| l.span == at.span));
+                if !is_wrong && matches!(arg, ir::Value::String(s) if s.index() >= domain.strings.len()) {
                     let message = "this string occurs nowhere in the domain";
                     let help = "no test can tell it from any other; use one that the domain writes";
                     problems.push(problems::not_constant(at.span, message, help));

@@ -23,7 +23,7 @@ pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions:
                 scope: Scope::default(),
                 wanted: "number",
             };
-            walk.initial(assignment);
+            walk.initial(assignment, given);
         }
     }
     for value in &given.values {
@@ -32,7 +32,7 @@ pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions:
 }
 
 impl Walk<'_> {
-    fn initial(&mut self, assignment: &Assignment) {
+    fn initial(&mut self, assignment: &Assignment, given: &Given) {
         let n_before = self.problems.0.len();
         let Some((entity, attribute, kind)) = self.target(&assignment.target) else {
             self.single(&assignment.value);
@@ -53,6 +53,21 @@ impl Walk<'_> {
             return;
         };
         let domain = &mut self.names.domain;
+        if let (Some(entity), Some(declared)) = (
+            domain.entities.get(entity.index()),
+            domain.attributes.get(attribute.index()),
+        ) {
+            // A world file shares attributes of domains that are written for other planners, whose values are no slip.
+            let is_of_world = given
+                .shared
+                .iter()
+                .any(|(path, ..)| path.rsplit('.').next() == Some(&declared.name));
+            if declared.fact.is_some() && !is_of_world {
+                let place = assignment.target.span;
+                self.problems
+                    .push(problems::overruled(&entity.name, &declared.name, place));
+            }
+        }
         let slot = domain
             .attributes
             .get(attribute.index())
@@ -99,6 +114,9 @@ fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
     let Some(declared) = names.domain.attributes.get(attribute.index()) else {
         return;
     };
+    if declared.fact.is_some() {
+        problems.push(problems::overruled(&value.entity, &value.attribute, value.span));
+    }
     let (base, is_set) = (declared.base, declared.is_set);
     let slot: Option<SlotId> = declared.slots.get(entity.index()).copied().flatten();
     let literals: Option<Vec<Value>> = value

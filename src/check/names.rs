@@ -194,10 +194,12 @@ impl Names {
                         text: text.clone(),
                         span: entity.span,
                     };
-                    match self.type_named(&name, problems) {
-                        Some(ty) => Some(ty),
-                        None => continue,
-                    }
+                    let Some((ty, _)) = self.types.get(text) else {
+                        let candidates = self.types.keys().map(String::as_str);
+                        problems.push(problems::unknown_type_of(&entity.name, &name, candidates));
+                        continue;
+                    };
+                    Some(*ty)
                 }
                 None => None,
             };

@@ -15,6 +15,9 @@ fn noted(problem: Problem, span: Option<Span>, text: &str) -> Problem {
     }
 }
 
+/// Names listed where none is near.
+const MOST_LISTED: usize = 8;
+
 /// `what` is `type`, `task`, `label` ...; its code is `hatp::unknown-<what>`.
 pub(super) fn unknown<'a>(
     code: &'static str,
@@ -23,8 +26,22 @@ pub(super) fn unknown<'a>(
     span: Span,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Problem {
-    let help = did_you_mean(name, candidates);
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let help = did_you_mean(name, candidates.iter().copied()).or_else(|| match candidates.len() {
+        1..=MOST_LISTED if what != "variable or entity" => Some(format!("there are `{}`", candidates.join("`, `"))),
+        _ => None,
+    });
     Problem::error(code, format!("unknown {what} `{name}`"), span, "not declared").maybe_help(help)
+}
+
+/// `name` is the type that the world file gives to `entity`, at the entity's place.
+pub(super) fn unknown_type_of<'a>(entity: &str, name: &Name, candidates: impl IntoIterator<Item = &'a str>) -> Problem {
+    let mut problem = unknown("hatp::unknown-type", "type", &name.text, name.span, candidates);
+    problem.message = format!("unknown type `{}` of `{entity}`", name.text);
+    if let Some(label) = &mut problem.primary {
+        label.text = "its `type` is not declared in the domain".into();
+    }
+    problem
 }
 
 pub(super) fn unknown_attribute<'a>(
@@ -141,6 +158,12 @@ pub(super) fn time_part(span: Span) -> Problem {
     let message = "`timePart` is ignored";
     Problem::warning("hatp::time-part", message, span, "has no effect")
         .help("remove it; durations stand in each action")
+}
+
+pub(super) fn overruled(entity: &str, attribute: &str, span: Span) -> Problem {
+    let message = format!("`{entity}.{attribute}` is read from geometry, and this value is not used");
+    Problem::warning("hatp::overruled", message, span, "has no effect")
+        .help("remove the line; where things stand is in the world file")
 }
 
 pub(super) fn recursive(name: &Name) -> Problem {

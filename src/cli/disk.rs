@@ -23,6 +23,11 @@ impl Files for Disk {
         if bytes.len() as u64 > LARGEST {
             return Err(format!("it is larger than {} MB", LARGEST >> 20));
         }
+        // Tabs, ends of lines and pages, and the end mark of old systems are text; a terminal obeys some of the others.
+        let is_control = |b: &u8| *b < b' ' && !matches!(b, b'\t'..=b'\r' | 0x1a);
+        if let Some(at) = bytes.iter().position(is_control) {
+            return Err(format!("it is not text: byte {at} is a control character"));
+        }
         String::from_utf8(bytes)
             .map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
     }

@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 
 use super::disk::Disk;
-use super::output::{Failure, print, say};
-use super::{code, report};
+use super::output::{Failure, print};
+use super::report;
 use sgap::grp::{Grp, Settings};
 use sgap::source::Sources;
 use sgap::world;
@@ -39,10 +39,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         motion_samples: 0,
     };
     let stop = Arc::new(AtomicBool::new(false));
-    let mut grp = Grp::new(&world, settings, options.seed, stop).map_err(|why| {
-        say(&format!("{why}\n"));
-        Failure::Code(code::PROBLEMS)
-    })?;
+    let mut grp = Grp::new(&world, settings, options.seed, stop).map_err(super::no_geometry)?;
     let facts: Vec<_> = grp
         .all_facts()
         .into_iter()

@@ -36,12 +36,15 @@ pub(crate) mod code {
     pub(crate) const BUG: u8 = 70;
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 problems in the input; 2 wrong usage; 10 no plan exists; \
+const AFTER_HELP: &str = "Example:
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml
+
+Exit codes: 0 done; 1 problems in the input; 2 wrong usage; 10 no plan exists; \
 11 no plan found, choices were cut short; 12 no plan before the budget was spent; 20 validate refuses the plan; 70 a bug of sgap";
 
 /// Plans what robots and humans do in a scene: a HATP domain says what tasks mean, geometry says whether they can be done here.
 #[derive(Debug, Parser)]
-#[command(version, after_help = EXIT_CODES, propagate_version = true)]
+#[command(version, after_help = AFTER_HELP, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -81,7 +84,7 @@ struct Inputs {
     domain: PathBuf,
     /// World file (.toml)
     world: PathBuf,
-    /// Task to plan instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
+    /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
 }
@@ -123,6 +126,13 @@ fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<
     value.ok_or(Failure::Code(code::PROBLEMS))
 }
 
+/// Prints why geometry can't be asked about a world.
+fn no_geometry(why: impl std::fmt::Display) -> Failure {
+    let problems = Problems(vec![Problem::unplaced("world::no-geometry", why.to_string())]);
+    let _ = report(problems, &Sources::default(), None::<()>);
+    Failure::Code(code::PROBLEMS)
+}
+
 /// Runs the program and returns its exit code.
 pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
@@ -137,7 +147,8 @@ pub(crate) fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Code(code)) => ExitCode::from(code),
         Err(Failure::Output(why)) => {
-            say(&format!("{why}\n"));
+            let problems = Problems(vec![Problem::unplaced("output::unwritable", why)]);
+            let _ = report(problems, &Sources::default(), None::<()>);
             ExitCode::from(code::PROBLEMS)
         }
     }

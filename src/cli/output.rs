@@ -31,18 +31,63 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a file beside its place and renames it: no half-written file is ever seen.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    check_place(path)?;
     let write = || -> std::io::Result<()> {
-        let mut file = tempfile::Builder::new().prefix(".sgap-").tempfile_in(folder)?;
+        // A link stays a link, and a device is written to, not replaced.
+        let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if std::fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
+            return std::fs::OpenOptions::new()
+                .write(true)
+                .open(&target)?
+                .write_all(text.as_bytes());
+        }
+        let mut file = tempfile::Builder::new().prefix(".sgap-").tempfile_in(folder(&target))?;
         file.write_all(text.as_bytes())?;
-        share(file.as_file())?;
-        file.persist(path).map_err(|e| e.error)?;
+        match std::fs::metadata(&target) {
+            Ok(old) => file.as_file().set_permissions(old.permissions())?,
+            Err(_) => share(file.as_file())?,
+        }
+        file.persist(&target).map_err(|e| e.error)?;
         Ok(())
     };
-    write().map_err(|e| Failure::Output(format!("can't write `{}`: {e}", path.display())))
+    write().map_err(|e| unwritable(path, &why(&e)))
+}
+
+/// Says whether a file can be written at `path`, as far as that can be known before: a search may take long.
+pub(super) fn check_place(path: &Path) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(unwritable(path, "it is a directory"));
+    }
+    match std::fs::metadata(folder(path)) {
+        Ok(found) if found.is_dir() => Ok(()),
+        Ok(_) => Err(unwritable(
+            path,
+            &format!("`{}` is not a directory", folder(path).display()),
+        )),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            let why = format!("there is no directory `{}`", folder(path).display());
+            Err(unwritable(path, &why))
+        }
+        Err(e) => Err(unwritable(path, &why(&e))),
+    }
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+fn unwritable(path: &Path, why: &str) -> Failure {
+    Failure::Output(format!("can't write `{}`: {why}", path.display()))
+}
+
+/// Returns the reason alone: the system's own text may name a temporary file.
+fn why(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::PermissionDenied => "no permission to write there".into(),
+        kind => kind.to_string(),
+    }
 }
 
 /// Temporary files are their owner's alone; what the user asked for is as readable as any file.

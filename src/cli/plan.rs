@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::output::{Failure, deliver, say};
+use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
 use super::{Inputs, code};
 use sgap::engine::{self, Budget, Ending};
@@ -52,7 +52,7 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     max_depth: usize,
     /// Seconds before the search ends with the best plan so far
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     timeout: Option<Duration>,
     /// Print counts and times of the search to the standard error
     #[arg(long)]
@@ -60,17 +60,22 @@ pub(super) struct SearchOptions {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text
-        .parse()
-        .map_err(|_| format!("`{text}` is not a number of seconds"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{text}` is not a number of seconds > 0"))
+    let seconds = text.parse().ok().filter(|s: &f64| (0.0..=LONGEST).contains(s));
+    let duration = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
+    duration.ok_or_else(|| format!("write a number of seconds from 0 to {LONGEST}"))
 }
+
+/// A year; nobody waits longer [s].
+const LONGEST: f64 = 31_536_000.0;
 
 /// HEURISTIC budgets of geometry that no user needs to know.
 const IK_RESTARTS: u32 = 8;
 const MOTION_SAMPLES: u32 = 3000;
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
+    if let Some(path) = &options.output {
+        check_place(path)?;
+    }
     let (domain, world, goal) = options.inputs.load_with_goal()?;
     let plan = search(&domain, &world, &goal, &options.search)?;
     let text = if options.json {
@@ -92,12 +97,21 @@ pub(super) fn search(
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
     stop_on_interrupt(&stop);
+    let timed_out = Arc::new(AtomicBool::new(false));
     if let Some(limit) = options.timeout {
-        let stop = Arc::clone(&stop);
-        std::thread::spawn(move || {
-            std::thread::sleep(limit);
+        let (stop, timed_out) = (Arc::clone(&stop), Arc::clone(&timed_out));
+        let end = move || {
+            timed_out.store(true, Ordering::Relaxed);
             stop.store(true, Ordering::Relaxed);
-        });
+        };
+        if limit.is_zero() {
+            end();
+        } else {
+            std::thread::spawn(move || {
+                std::thread::sleep(limit);
+                end();
+            });
+        }
     }
     let settings = engine::Settings {
         branching: options.branching,
@@ -112,10 +126,7 @@ pub(super) fn search(
         ik_restarts: IK_RESTARTS,
         motion_samples: MOTION_SAMPLES,
     };
-    let mut grp = Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(|why| {
-        say(&format!("{why}\n"));
-        Failure::Code(code::PROBLEMS)
-    })?;
+    let mut grp = Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?;
     let progress = Progress::new("planning; Ctrl-C ends it with the best plan so far");
     let outcome = engine::solve(domain, goal, &mut grp, &settings, &stop, &mut |found, statistics| {
         if options.best {
@@ -130,14 +141,23 @@ pub(super) fn search(
     match outcome.found {
         Some(found) => {
             if options.best {
-                say(&format!("{}\n", how_good(outcome.ending)));
+                let timed_out = timed_out.load(Ordering::Relaxed);
+                say(&format!("{}\n", how_good(outcome.ending, options, timed_out)));
             }
             Ok(engine::document(&found, domain, goal, options.seed, &|gas| {
                 grp.geometry(gas)
             }))
         }
         None => {
-            say(&text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not));
+            let limit = match (outcome.ending, options.timeout) {
+                (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
+                (Ending::Interrupted, Some(limit)) if timed_out.load(Ordering::Relaxed) => Some(in_time(limit)),
+                _ => None,
+            };
+            say(&match limit {
+                Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&outcome.why_not)),
+                None => text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not),
+            });
             Err(Failure::Code(match outcome.ending {
                 Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
                 Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
@@ -159,13 +179,21 @@ fn stop_on_interrupt(stop: &Arc<AtomicBool>) {
     });
 }
 
-fn how_good(ending: Ending) -> String {
+fn in_time(limit: Duration) -> String {
+    format!("within --timeout {} s", limit.as_secs_f64())
+}
+
+/// Returns how a search for the best plan ended.
+fn how_good(ending: Ending, options: &SearchOptions, timed_out: bool) -> String {
     match ending {
         Ending::FirstPlan => "first plan".into(),
         Ending::Exhausted => "best plan: every choice was tried".into(),
         Ending::ExhaustedTruncated(cut) => format!("best plan within the limits: {}", text::truncated(cut)),
-        Ending::BudgetSpent => "best plan before the budget was spent".into(),
-        Ending::Interrupted => "best plan before the search was interrupted".into(),
+        Ending::BudgetSpent => format!("best plan within --max-expansions {}", options.max_expansions),
+        Ending::Interrupted => match options.timeout {
+            Some(limit) if timed_out => format!("best plan {}", in_time(limit)),
+            _ => "best plan before the search was interrupted".into(),
+        },
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::Inputs;
-use super::output::{Failure, say, write_file};
+use super::output::{Failure, check_place, say, write_file};
 use super::plan::{SearchOptions, search};
 use sgap::report::html;
 
@@ -22,6 +22,7 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
+    check_place(&options.output)?;
     let (domain, world, goal) = options.inputs.load_with_goal()?;
     let plan = search(&domain, &world, &goal, &options.search)?;
     let name = |path: &Path| {

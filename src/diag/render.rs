@@ -3,9 +3,13 @@
 //! miette knows one source per report: labels in the file of the primary label are drawn there, labels in other files
 //! follow as reports of their own.
 
-use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, ThemeCharacters, ThemeStyles,
-};
+mod excerpt;
+
+use std::borrow::Cow;
+
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, ThemeCharacters, ThemeStyles};
+
+use excerpt::{CONTEXT, Excerpt};
 
 use super::{Label, Problem, Problems, Severity};
 use crate::source::{FileId, Sources, Span};
@@ -15,6 +19,11 @@ const WIDTH: usize = 100;
 
 /// Reports shown at once; the rest is counted. Nobody reads more, and each is searched for in the whole text.
 const MAX_REPORTS: usize = 100;
+
+/// Longest message, help line and label [characters]: a name can be as long as its file.
+const MAX_MESSAGE: usize = 600;
+const MAX_HELP: usize = 2000;
+const MAX_LABEL: usize = 120;
 
 /// Returns a report with the source's lines for each problem, in the order of `problems`.
 pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
@@ -29,6 +38,7 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
     };
     let handler = GraphicalReportHandler::new_themed(theme)
         .with_links(false)
+        .with_context_lines(CONTEXT)
         .with_width(WIDTH);
     let mut out = String::new();
     for problem in problems.0.iter().take(MAX_REPORTS) {
@@ -71,7 +81,24 @@ fn concise(problem: &Problem, sources: &Sources) -> String {
         Severity::Error => "error",
         Severity::Warning => "warning",
     };
-    format!("{place}{severity}: {}: {}\n", problem.code, problem.message)
+    let message = fitted(&problem.message, MAX_MESSAGE);
+    format!("{place}{severity}: {}: {message}\n", problem.code)
+}
+
+/// Returns the text for a terminal: without control characters, and without its middle if it is too long.
+fn fitted(text: &str, most: usize) -> Cow<'_, str> {
+    let is_plain = |c: char| c == '\n' || !c.is_control();
+    if text.len() <= most && text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let shown = |c: char| if is_plain(c) { c } else { char::REPLACEMENT_CHARACTER };
+    let n = text.chars().count();
+    if n <= most {
+        return text.chars().map(shown).collect();
+    }
+    let head = text.chars().take(most / 2).map(shown);
+    let tail = text.chars().skip(n - most / 2).map(shown);
+    head.chain([' ', '…', ' ']).chain(tail).collect()
 }
 
 /// Returns line and column of a byte position, both from 1.
@@ -88,20 +115,26 @@ fn line_column(text: &str, at: usize) -> (usize, usize) {
 
 /// A problem as miette wants it.
 #[derive(Debug)]
-struct Report {
+struct Report<'a> {
     head: MietteDiagnostic,
-    source: Option<NamedSource<String>>,
-    related: Vec<Report>,
+    source: Option<Excerpt<'a>>,
+    related: Vec<Report<'a>>,
 }
 
-impl Report {
-    fn new(problem: &Problem, sources: &Sources) -> Self {
+impl<'a> Report<'a> {
+    fn new(problem: &Problem, sources: &'a Sources) -> Self {
         let file = problem.primary.as_ref().map(|l| l.span.file);
+        // Two marks in a line that is shown in part may have no part in common.
+        let is_wide = |label: &Label| {
+            let (start, len) = clipped(label.span, sources);
+            excerpt(label.span.file, sources).is_wide(start, start + len)
+        };
+        let apart = problem.primary.iter().chain(&problem.notes).any(is_wide);
         let (here, elsewhere): (Vec<&Label>, Vec<&Label>) =
-            problem.notes.iter().partition(|n| Some(n.span.file) == file);
+            problem.notes.iter().partition(|n| Some(n.span.file) == file && !apart);
         let labels = problem.primary.iter().map(|l| labelled(l, sources, true));
         let labels: Vec<LabeledSpan> = labels.chain(here.iter().map(|l| labelled(l, sources, false))).collect();
-        let mut head = MietteDiagnostic::new(problem.message.clone())
+        let mut head = MietteDiagnostic::new(fitted(&problem.message, MAX_MESSAGE))
             .with_code(problem.code)
             .with_severity(match problem.severity {
                 Severity::Error => miette::Severity::Error,
@@ -109,38 +142,52 @@ impl Report {
             })
             .with_labels(labels);
         if let Some(help) = &problem.help {
-            head = head.with_help(help.clone());
+            head = head.with_help(fitted(help, MAX_HELP));
         }
         Report {
             head,
-            source: file.map(|f| named(f, sources)),
+            source: file.map(|f| excerpt(f, sources)),
             related: elsewhere.iter().map(|l| Report::note(l, sources)).collect(),
         }
     }
 
-    fn note(label: &Label, sources: &Sources) -> Self {
-        let mark = LabeledSpan::new_with_span(None, clipped(label.span, sources));
-        let head = MietteDiagnostic::new(label.text.clone()).with_severity(miette::Severity::Advice);
+    fn note(label: &Label, sources: &'a Sources) -> Self {
+        let mark = LabeledSpan::new_with_span(None, shown(label.span, sources));
+        let head = MietteDiagnostic::new(fitted(&label.text, MAX_LABEL)).with_severity(miette::Severity::Advice);
         Report {
             head: head.with_labels([mark]),
-            source: Some(named(label.span.file, sources)),
+            source: Some(excerpt(label.span.file, sources)),
             related: Vec::new(),
         }
     }
 }
 
-fn named(file: FileId, sources: &Sources) -> NamedSource<String> {
+fn excerpt(file: FileId, sources: &Sources) -> Excerpt<'_> {
     let file = sources.get(file);
-    NamedSource::new(&file.path, file.text.clone())
+    Excerpt {
+        path: &file.path,
+        text: &file.text,
+    }
 }
 
 fn labelled(label: &Label, sources: &Sources, primary: bool) -> LabeledSpan {
-    let text = (!label.text.is_empty()).then(|| label.text.clone());
-    let span = clipped(label.span, sources);
+    let text = (!label.text.is_empty()).then(|| fitted(&label.text, MAX_LABEL).into_owned());
+    let span = shown(label.span, sources);
     if primary {
         LabeledSpan::new_primary_with_span(text, span)
     } else {
         LabeledSpan::new_with_span(text, span)
+    }
+}
+
+/// Returns start and length of the span as it is drawn: in a line that is shown in part, a piece of it.
+fn shown(span: Span, sources: &Sources) -> (usize, usize) {
+    let (start, len) = clipped(span, sources);
+    let excerpt = excerpt(span.file, sources);
+    if excerpt.is_wide(start, start + len) {
+        (start, excerpt.mark_end(start, start + len) - start)
+    } else {
+        (start, len)
     }
 }
 
@@ -158,15 +205,15 @@ fn clipped(span: Span, sources: &Sources) -> (usize, usize) {
     (start, end.saturating_sub(start))
 }
 
-impl std::fmt::Display for Report {
+impl std::fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.head.fmt(f)
     }
 }
 
-impl std::error::Error for Report {}
+impl std::error::Error for Report<'_> {}
 
-impl miette::Diagnostic for Report {
+impl miette::Diagnostic for Report<'_> {
     fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         self.head.code()
     }
@@ -210,6 +257,28 @@ mod tests {
             render_concise(&problems, &sources),
             "a.hatp:2:1: error: hatp::x: wrong `B`\n"
         );
+    }
+
+    #[test]
+    fn of_an_endless_line_a_piece_is_shown() {
+        let mut sources = Sources::default();
+        let line = format!("{}X{}", "é".repeat(100_000), "-".repeat(100_000));
+        let a = sources.add("a.hatp", format!("first\n{line}\nlast\n"));
+        let at = 6 + 200_000;
+        let problem = Problem::error("hatp::x", "wrong", Span::new(a, at, at + 90_000), "here")
+            .note(Span::new(a, 6, 8), "and here")
+            .help("y".repeat(10_000));
+        let text = render(&Problems(vec![problem]), &sources, false);
+        for part in ["a.hatp:2:", "éX---", "╰── here", "a.hatp:2:1]", "and here"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert!(text.len() < 8000, "{text}");
+    }
+
+    #[test]
+    fn control_characters_do_not_reach_the_terminal() {
+        let problem = Problem::unplaced("hatp::x", "unknown `\u{1b}[2J`");
+        assert!(!render(&Problems(vec![problem]), &Sources::default(), false).contains('\u{1b}'));
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! What each action of a finished plan changed.
 
 use super::eval::{Context, frame};
+use super::outcome::Step;
 use super::reasoner::Reasoner;
-use super::search::Step;
 use super::state::State;
 use crate::ir::{Domain, SlotId, Value};
 

@@ -8,8 +8,8 @@ use indexmap::IndexMap;
 use std::collections::BTreeMap;
 
 use super::explain::slot_name;
+use super::outcome::{Found, Tree};
 use super::reasoner::GasRef;
-use super::search::{Found, Tree};
 use crate::ir::{Domain, EntityId, Goal, SlotId, TaskId, Value};
 use crate::plan::{Action, Geometry, Link, LinkReason, Node, Plan, VERSION};
 

@@ -8,10 +8,12 @@ mod changes;
 mod eval;
 mod explain;
 mod links;
+mod outcome;
 mod reasoner;
 mod search;
 mod state;
 
 pub use links::document;
+pub use outcome::{Budget, Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated};
 pub use reasoner::{Call, GasNum, GasRef, Granted, Mark, Projection, Reasoner};
-pub use search::{Budget, Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated, solve};
+pub use search::solve;

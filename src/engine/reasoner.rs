@@ -48,8 +48,8 @@ pub trait Reasoner {
     /// (thesis 3.3.4.3, FindAlternative). Never a solution given before.
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal>;
 
-    /// Says whether it answers that fact; an attribute whose fact nobody answers is a plain one.
-    fn knows(&self, fact: &str) -> bool;
+    /// Says whether it answers that fact about `entity`; a slot whose fact nobody answers is a plain one.
+    fn knows(&self, domain: &Domain, fact: &str, entity: EntityId) -> bool;
 
     /// Returns the value of a shared attribute of `entity` in the current world state.
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value;
@@ -98,7 +98,7 @@ impl Reasoner for Granted {
         })
     }
 
-    fn knows(&self, _: &str) -> bool {
+    fn knows(&self, _: &Domain, _: &str, _: EntityId) -> bool {
         false
     }
 

@@ -398,8 +398,8 @@ impl Reasoner for Grp<'_> {
         self.solution(gas, tried)
     }
 
-    fn knows(&self, fact: &str) -> bool {
-        FACTS.contains(&fact)
+    fn knows(&self, domain: &Domain, fact: &str, entity: EntityId) -> bool {
+        FACTS.contains(&fact) && self.scene.find(&domain.entities[entity.index()].name).is_some()
     }
 
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value {

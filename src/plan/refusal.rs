@@ -87,7 +87,7 @@ impl fmt::Display for Cause {
         match self {
             Cause::NotApplicable(why) => write!(f, "{why}"),
             Cause::OutOfReach { arm } => write!(f, "out of reach of the {arm} arm"),
-            Cause::Collision { a, b } => write!(f, "{a} against {b}"),
+            Cause::Collision { a, b } => write!(f, "{a} collides with {b}"),
             Cause::NoStraightMotion { arm } => write!(f, "no straight motion of the {arm} arm"),
             Cause::NoPath { arm, samples } => write!(f, "no path for the {arm} arm within {samples} samples"),
             Cause::Fact(fact) => write!(f, "{fact} would not hold"),
@@ -95,27 +95,25 @@ impl fmt::Display for Cause {
     }
 }
 
+impl fmt::Display for CauseCount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.sub_action.is_empty() {
+            write!(f, "{}: ", self.sub_action)?;
+        }
+        write!(f, "{}", self.cause)
+    }
+}
+
+/// The headline: without how many candidates were tried, and what stopped them.
 impl fmt::Display for ActionRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let further = if self.found_before > 0 {
-            "no further solution"
-        } else {
-            "no solution"
-        };
-        write!(f, "{}: {further}", self.call)?;
-        if self.tried > 0 {
-            let end = if self.exhausted { "all" } else { "the budget's" };
-            write!(f, " ({end} {} candidates tried)", self.tried)?;
-        }
-        for (i, c) in self.causes.iter().take(4).enumerate() {
-            write!(f, "{} ", if i == 0 { ":" } else { "," })?;
-            if self.tried > 0 {
-                write!(f, "{} ", c.count)?;
-            }
-            if !c.sub_action.is_empty() {
-                write!(f, "{}: ", c.sub_action)?;
-            }
-            write!(f, "{}", c.cause)?;
+        let further = if self.found_before > 0 { "further " } else { "" };
+        write!(f, "{}: no {further}solution", self.call)?;
+        // Nothing was tried: what the arguments do not allow is the whole reason.
+        if self.tried == 0
+            && let Some(first) = self.causes.first()
+        {
+            write!(f, ": {first}")?;
         }
         Ok(())
     }
@@ -154,32 +152,105 @@ impl fmt::Display for Refusal {
 pub struct WhyNot {
     /// The longest sequence of actions that a branch reached: `Pick(PR2, RED_CUBE)`.
     pub deepest: Vec<String>,
-    /// Refusal (as a sentence) to the number of branches that it ended; in the order met.
-    counts: IndexMap<String, u64>,
+    /// By refusal as a sentence, in the order met.
+    reasons: IndexMap<String, Reason>,
     /// Refusals not kept because there were too many different ones.
     pub not_kept: u64,
+}
+
+/// What ended some branches.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reason {
+    /// Branches ended.
+    pub n_branches: u64,
+    /// Candidates of a geometric action tried in all of them; 0 where geometry is not the reason.
+    pub tried: u64,
+    /// Whether some of these branches left candidates untried.
+    pub is_cut: bool,
+    /// What stopped the candidates, and how many.
+    causes: IndexMap<String, u64>,
+}
+
+impl Reason {
+    /// Returns what stopped candidates and how many of them, most frequent first; ties in the order met.
+    pub fn causes(&self) -> Vec<(&str, u64)> {
+        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, n)| (k.as_str(), *n)).collect();
+        all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        all
+    }
 }
 
 /// Different refusals kept; a search with more has its reasons on top long before.
 const MAX_REASONS: usize = 2000;
 
 impl WhyNot {
-    /// Counts a refusal.
+    /// Counts a refusal. Those of one geometric call are one reason, whatever stopped its candidates.
     pub fn add(&mut self, refusal: &Refusal) {
         let text = refusal.to_string();
-        if let Some(n) = self.counts.get_mut(&text) {
-            *n += 1;
-        } else if self.counts.len() < MAX_REASONS {
-            self.counts.insert(text, 1);
-        } else {
+        if self.reasons.len() >= MAX_REASONS && !self.reasons.contains_key(&text) {
             self.not_kept += 1;
+            return;
+        }
+        let reason = self.reasons.entry(text).or_default();
+        reason.n_branches += 1;
+        if let Refusal::Geometry(geometry) = refusal
+            && geometry.tried > 0
+        {
+            reason.tried += u64::from(geometry.tried);
+            reason.is_cut |= !geometry.exhausted;
+            for cause in &geometry.causes {
+                *reason.causes.entry(cause.to_string()).or_default() += u64::from(cause.count);
+            }
         }
     }
 
-    /// Returns the reasons with their counts, most frequent first; ties in the order met.
-    pub fn reasons(&self) -> Vec<(&str, u64)> {
-        let mut all: Vec<(&str, u64)> = self.counts.iter().map(|(k, n)| (k.as_str(), *n)).collect();
-        all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    /// Returns the reasons, those that ended most branches first; ties in the order met.
+    pub fn reasons(&self) -> Vec<(&str, &Reason)> {
+        let mut all: Vec<(&str, &Reason)> = self.reasons.iter().map(|(text, r)| (text.as_str(), r)).collect();
+        all.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(causes: &[(Cause, u32)], tried: u32) -> Refusal {
+        let causes = causes.iter().map(|(cause, count)| CauseCount {
+            sub_action: "place".into(),
+            cause: cause.clone(),
+            count: *count,
+        });
+        Refusal::Geometry(ActionRefusal {
+            call: "place(PR2, CUP, TRAY)".into(),
+            found_before: 0,
+            exhausted: tried < 200,
+            tried,
+            causes: causes.collect(),
+        })
+    }
+
+    #[test]
+    fn refusals_of_one_call_are_one_reason() {
+        let far = Cause::OutOfReach { arm: "left".into() };
+        let hit = Cause::Collision {
+            a: "CUP".into(),
+            b: "BOX".into(),
+        };
+        let mut why = WhyNot::default();
+        why.add(&place(&[(far.clone(), 30)], 30));
+        why.add(&place(&[(hit, 120), (far, 80)], 200));
+        let reasons = why.reasons();
+        let [(text, reason)] = reasons.as_slice() else {
+            panic!("one reason, not {reasons:?}")
+        };
+        assert_eq!(*text, "place(PR2, CUP, TRAY): no solution");
+        assert_eq!((reason.n_branches, reason.tried, reason.is_cut), (2, 230, true));
+        let causes = [
+            ("place: CUP collides with BOX", 120),
+            ("place: out of reach of the left arm", 110),
+        ];
+        assert_eq!(reason.causes(), causes);
     }
 }

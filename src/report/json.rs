@@ -16,6 +16,9 @@ pub fn write(plan: &Plan) -> Result<String, serde_json::Error> {
 
 /// Reads a document; the error is a sentence with line and column.
 pub fn read(text: &str) -> Result<Plan, String> {
+    if text.trim().is_empty() {
+        return Err("it is empty".into());
+    }
     let value: serde_json::Value = serde_json::from_str(text).map_err(|e| format!("not JSON: {e}"))?;
     match value.get("format").and_then(|f| f.as_str()) {
         Some("sgap-plan") => {}

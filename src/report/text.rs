@@ -88,14 +88,18 @@ fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut Stri
 
 /// Returns how a search without a plan ended, the deepest point that it reached, and the grouped reasons.
 pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String {
-    let mut out = String::new();
     let headline = match ending {
         Ending::FirstPlan | Ending::Exhausted => "no plan exists: every choice was tried".to_owned(),
         Ending::ExhaustedTruncated(cut) => format!("no plan found: {}", truncated(cut)),
         Ending::BudgetSpent => format!("no plan found within {} expansions", statistics.expansions),
         Ending::Interrupted => "no plan found before the search was interrupted".to_owned(),
     };
-    let _ = writeln!(out, "{headline}");
+    format!("{headline}\n{}", reasons(why))
+}
+
+/// Returns the deepest point that a search without a plan reached, and what ended its branches.
+pub fn reasons(why: &WhyNot) -> String {
+    let mut out = String::new();
     if why.deepest.is_empty() {
         out.push_str("\nno branch got as far as one action\n");
     } else {
@@ -107,10 +111,33 @@ pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String 
     let reasons = why.reasons();
     if !reasons.is_empty() {
         out.push_str("\nwhat ended the branches\n");
-        for (reason, count) in reasons.iter().take(MOST_REASONS) {
-            let _ = writeln!(out, "  {count:>6} x {reason}");
+        for (text, reason) in reasons.iter().take(MOST_REASONS) {
+            let _ = write!(out, "  {:>6} x {text}", reason.n_branches);
+            if reason.tried > 0 {
+                let candidates = if reason.tried == 1 { "candidate" } else { "candidates" };
+                let (all, rest) = if reason.is_cut {
+                    ("", "; more were not tried")
+                } else {
+                    ("all ", "")
+                };
+                let _ = write!(out, " among {all}{} {candidates}{rest}", reason.tried);
+            }
+            out.push('\n');
+            let causes = reason.causes();
+            for (cause, count) in causes.iter().take(MOST_CAUSES) {
+                let _ = writeln!(out, "           {count:>6} {cause}");
+            }
+            let rest: u64 = causes.iter().skip(MOST_CAUSES).map(|(_, n)| n).sum();
+            if rest > 0 {
+                let _ = writeln!(out, "           {rest:>6} other causes");
+            }
         }
-        let rest: u64 = reasons.iter().skip(MOST_REASONS).map(|(_, n)| n).sum::<u64>() + why.not_kept;
+        let rest: u64 = reasons
+            .iter()
+            .skip(MOST_REASONS)
+            .map(|(_, r)| r.n_branches)
+            .sum::<u64>()
+            + why.not_kept;
         if rest > 0 {
             let _ = writeln!(out, "  {rest:>6} x other reasons");
         }
@@ -120,6 +147,7 @@ pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String 
 
 /// Reasons shown; the rest is summed up.
 const MOST_REASONS: usize = 12;
+const MOST_CAUSES: usize = 4;
 
 /// Returns what was cut short, in words.
 pub fn truncated(cut: Truncated) -> String {

@@ -151,7 +151,8 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
         ErrorVariant::CustomError { .. } => &[],
     };
     let mut words: Vec<&'static str> = Vec::new();
-    for word in rules.iter().filter_map(|r| word(*r)) {
+    let of_place = |w| if w == "the end of the file" { place.end } else { w };
+    for word in rules.iter().filter_map(|r| word(*r)).map(of_place) {
         if !words.contains(&word) {
             words.push(word);
         }
@@ -203,8 +204,18 @@ fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, plac
     let mut problem = Problem::error("hatp::syntax", message, span, label);
     let word_before = before.and_then(|(s, e)| text.get(s..e));
     let help = found.and_then(|f| foreign(f).map(str::to_owned));
-    let help = help.or_else(|| found.and_then(|f| misspelt(f, missing.is_some())));
-    problem = problem.maybe_help(help.or_else(|| word_before.and_then(|w| misspelt(w, missing.is_some()))));
+    // Where a mark is expected, a keyword before it may have passed for a name.
+    let is_keyword = |w: &&&str| w.strip_prefix('`').is_some_and(|w| w.starts_with(char::is_alphabetic));
+    let before_is = || word_before.and_then(|w| misspelt(w, missing.is_some()));
+    let found_is = || found.and_then(|w| misspelt(w, missing.is_some()));
+    let near = if words.iter().any(|w| is_keyword(&w)) {
+        found_is()
+            .filter(|near| words.contains(&format!("`{near}`").as_str()))
+            .or_else(before_is)
+    } else {
+        before_is().or_else(found_is)
+    };
+    problem = problem.maybe_help(help.or_else(|| near.map(|near| format!("did you mean `{near}`?"))));
     if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
         problem = problem.note(place.span(*s, *e), "this is not closed");
     }
@@ -270,15 +281,15 @@ fn foreign(found: &str) -> Option<&'static str> {
 }
 
 /// Returns the keyword that the word was meant to be: nearly one, or, if `strict`, one in other capitals.
-fn misspelt(found: &str, strict: bool) -> Option<String> {
+fn misspelt(found: &str, strict: bool) -> Option<&'static str> {
     let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic());
-    let keywords = || [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
-    if !is_word || keywords().contains(&found) {
+    let keywords: Vec<&'static str> = [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
+    if !is_word || keywords.contains(&found) {
         return None;
     }
-    let near = nearest(found, keywords())?;
+    let near = nearest(found, keywords.iter().copied())?;
     let same_letters = near.eq_ignore_ascii_case(found);
-    (same_letters || !strict && found.len() > 3).then(|| format!("did you mean `{near}`?"))
+    (same_letters || !strict && found.len() > 3).then_some(near)
 }
 
 /// Returns `a`, `a or b`, `a, b or c`.

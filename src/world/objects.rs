@@ -57,9 +57,9 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
     let listed_stable = listed(table, "stable", problems, |t, problems| {
         given_stable(t, &parts, problems)
     });
-    // What is given is taken as it is; what is not is computed. A fixed object is neither grasped nor put down.
+    // What is given is taken as it is; what is not is computed. A fixed object is not grasped, and put down here only.
     let stable = listed_stable.unwrap_or_else(|| {
-        if movable {
+        if movable || table.has("on") {
             stable::stable_orientations(&parts)
         } else {
             Vec::new()

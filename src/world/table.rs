@@ -52,7 +52,7 @@ pub fn parse<'a>(text: &'a str, file: FileId, problems: &mut Problems) -> Option
     } else if message.contains("comma") || message.contains("unclosed") {
         "close the bracket that is open here, or add the comma"
     } else {
-        "texts go in quotes, numbers and names of keys do not; see toml.io"
+        "texts go in quotes, numbers and names of keys do not, lists are `[1, 2]`; see toml.io"
     };
     problems.push(
         Problem::error(

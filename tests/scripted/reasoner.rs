@@ -151,7 +151,7 @@ impl Reasoner for Scripted {
         self.solve(gas, tried)
     }
 
-    fn knows(&self, fact: &str) -> bool {
+    fn knows(&self, _: &Domain, fact: &str, _: EntityId) -> bool {
         self.knows.contains(&fact)
     }
 

@@ -133,7 +133,10 @@ impl Run {
     /// Returns why branches failed, as `count x reason` lines.
     pub fn reasons(&self) -> Vec<String> {
         let reasons = self.outcome.why_not.reasons();
-        reasons.iter().map(|(reason, n)| format!("{n} x {reason}")).collect()
+        reasons
+            .iter()
+            .map(|(reason, why)| format!("{} x {reason}", why.n_branches))
+            .collect()
     }
 
     /// Returns what was projected, in the order asked: `CUP BOX` for calls of `pick(R, CUP)` and `pick(R, BOX)`.

@@ -207,11 +207,7 @@ fn which_stable<'o>(table: &Table<'_>, object: &'o Object, problems: &mut Proble
                 table.span,
                 "would tip or roll",
             )
-            .help(if object.movable {
-                "place it with `xyz`"
-            } else {
-                "a fixed object is placed with `xyz`"
-            }),
+            .help("place it with `xyz`, or give it `stable = [{ name = \"..\", rpy = [..] }]`"),
         );
         return None;
     };
