@@ -195,17 +195,27 @@ const DAMAGES: &[Damage] = &[
 fn every_damage_is_refused_for_its_own_reason() {
     let planned = planning::plan(&two_objects());
     let right = planned.plan.clone().expect("S1 has a plan");
-    let mut wrong = Vec::new();
-    for (what, damage, code, action) in DAMAGES {
+    let judge = |(what, damage, code, action): &Damage| {
         let mut plan = right.clone();
         damage(&mut plan);
         assert_ne!(plan, right, "{what}: the damage changes something");
         match planned.validate(&plan) {
-            Ok(_) => wrong.push(format!("{what}: accepted")),
-            Err(fault) if fault.code() != *code || !is_at(&fault, *action) => wrong.push(format!("{what}: {fault}")),
-            Err(_) => {}
+            Ok(_) => Some(format!("{what}: accepted")),
+            Err(fault) if fault.code() != *code || !is_at(&fault, *action) => Some(format!("{what}: {fault}")),
+            Err(_) => None,
         }
-    }
+    };
+    let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let wrong: Vec<String> = std::thread::scope(|scope| {
+        let parts = DAMAGES.chunks(DAMAGES.len().div_ceil(n_threads));
+        let threads: Vec<_> = parts
+            .map(|p| scope.spawn(|| p.iter().filter_map(judge).collect::<Vec<_>>()))
+            .collect();
+        threads
+            .into_iter()
+            .flat_map(|t| t.join().expect("no damage panics"))
+            .collect()
+    });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
