@@ -1,7 +1,7 @@
 //! A failed test in the language's own words, with the values that it met.
 
 use super::eval::Context;
-use crate::ir::{ArithmeticOp, CompareOp, Domain, Expr, SlotId, Test, Value};
+use crate::ir::{Domain, Expr, SlotId, Test, Value, show_expr};
 
 /// Returns the first literal of a false test with variables replaced by their values, and the attribute values that it met.
 pub(super) fn failed_literal(context: &mut Context<'_>, test: &Test, frame: &mut [Value]) -> (String, String) {
@@ -43,6 +43,7 @@ pub(super) fn slot_name(domain: &Domain, slot: SlotId) -> String {
 }
 
 fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
+    let show = |e: &Expr| show_expr(domain, e, &|var| domain.show(&frame[var.index()]));
     let all = |tests: &[Test]| {
         tests
             .iter()
@@ -61,63 +62,18 @@ fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
         }
         Test::Not(inner) => match &**inner {
             Test::Member { element, set } => {
-                format!(
-                    "{} !>> {}",
-                    show_expr(domain, element, frame),
-                    show_expr(domain, set, frame)
-                )
+                format!("{} !>> {}", show(element), show(set))
             }
             other => format!("NOT{{{}}}", show_test(domain, other, frame)),
         },
         Test::Compare { op, left, right } => {
-            let op = match op {
-                CompareOp::Equal => "==",
-                CompareOp::NotEqual => "!=",
-                CompareOp::Less => "<",
-                CompareOp::LessEqual => "<=",
-                CompareOp::Greater => ">",
-                CompareOp::GreaterEqual => ">=",
-            };
-            format!(
-                "{} {op} {}",
-                show_expr(domain, left, frame),
-                show_expr(domain, right, frame)
-            )
+            format!("{} {} {}", show(left), op.symbol(), show(right))
         }
         Test::Member { element, set } => {
-            format!(
-                "{} >> {}",
-                show_expr(domain, element, frame),
-                show_expr(domain, set, frame)
-            )
+            format!("{} >> {}", show(element), show(set))
         }
         Test::Forall { ty, .. } => format!("FORALL over {}", domain.types[ty.index()].name),
         Test::Exist { ty, .. } => format!("EXIST over {}", domain.types[ty.index()].name),
-        Test::Holds(expr) => show_expr(domain, expr, frame),
-    }
-}
-
-fn show_expr(domain: &Domain, expr: &Expr, frame: &[Value]) -> String {
-    let show = |e: &Expr| show_expr(domain, e, frame);
-    match expr {
-        Expr::Const(value) => domain.show(value),
-        Expr::Var(var) => domain.show(&frame[var.index()]),
-        Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
-        Expr::Size(set) => format!("size({})", show(set)),
-        Expr::List(elements) => format!("[{}]", elements.iter().map(show).collect::<Vec<_>>().join(", ")),
-        Expr::Arithmetic { op, left, right } => {
-            let op = match op {
-                ArithmeticOp::Add => "+",
-                ArithmeticOp::Subtract => "-",
-                ArithmeticOp::Multiply => "*",
-                ArithmeticOp::Divide => "/",
-            };
-            format!("({} {op} {})", show(left), show(right))
-        }
-        Expr::Negate(inner) => format!("-{}", show(inner)),
-        Expr::SetWith { set, element } => format!("{} + {}", show(set), show(element)),
-        Expr::SetWithout { set, element } => format!("{} - {}", show(set), show(element)),
-        Expr::GeometricCost => "GetGRPCost()".into(),
-        Expr::GeometricDuration => "GetGRPDuration()".into(),
+        Test::Holds(expr) => show(expr),
     }
 }

@@ -227,15 +227,7 @@ impl Dump<'_> {
             Test::Or(tests) => joined(tests, " or "),
             Test::Not(inner) => format!("not {}", self.test(inner)),
             Test::Compare { op, left, right } => {
-                let op = match op {
-                    CompareOp::Equal => "==",
-                    CompareOp::NotEqual => "!=",
-                    CompareOp::Less => "<",
-                    CompareOp::LessEqual => "<=",
-                    CompareOp::Greater => ">",
-                    CompareOp::GreaterEqual => ">=",
-                };
-                format!("{} {op} {}", self.expr(left), self.expr(right))
+                format!("{} {} {}", self.expr(left), op.symbol(), self.expr(right))
             }
             Test::Member { element, set } => format!("{} >> {}", self.expr(element), self.expr(set)),
             Test::Forall { var, ty, guard, body } => {
@@ -255,28 +247,6 @@ impl Dump<'_> {
     }
 
     fn expr(&self, expr: &Expr) -> String {
-        match expr {
-            Expr::Const(value) => self.domain.show(value),
-            Expr::Var(var) => format!("${}", var.0),
-            Expr::Attribute { base, attribute } => {
-                format!("{}.{}", self.expr(base), self.domain.attributes[attribute.index()].name)
-            }
-            Expr::Size(set) => format!("size({})", self.expr(set)),
-            Expr::List(elements) => format!("[{}]", self.exprs(elements)),
-            Expr::Arithmetic { op, left, right } => {
-                let op = match op {
-                    ArithmeticOp::Add => '+',
-                    ArithmeticOp::Subtract => '-',
-                    ArithmeticOp::Multiply => '*',
-                    ArithmeticOp::Divide => '/',
-                };
-                format!("({} {op} {})", self.expr(left), self.expr(right))
-            }
-            Expr::Negate(inner) => format!("-{}", self.expr(inner)),
-            Expr::SetWith { set, element } => format!("({} with {})", self.expr(set), self.expr(element)),
-            Expr::SetWithout { set, element } => format!("({} without {})", self.expr(set), self.expr(element)),
-            Expr::GeometricCost => "geometric cost".into(),
-            Expr::GeometricDuration => "geometric duration".into(),
-        }
+        show_expr(self.domain, expr, &|var| format!("${}", var.0))
     }
 }

@@ -2,6 +2,8 @@
 
 mod domain;
 mod dump;
+mod show;
 
 pub use domain::*;
 pub use dump::dump;
+pub use show::show_expr;

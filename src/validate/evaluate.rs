@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::ir::{
     ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+    show_expr,
 };
 
 /// A state to look at, with what geometry computed for the action at hand.
@@ -186,15 +187,14 @@ impl<'a> View<'a> {
             }
             Test::Not(inner) => format!("not {}", self.show_test(inner, frame)),
             Test::Compare { op, left, right } => {
-                let op = match op {
-                    CompareOp::Equal => "==",
-                    CompareOp::NotEqual => "!=",
-                    CompareOp::Less => "<",
-                    CompareOp::LessEqual => "<=",
-                    CompareOp::Greater => ">",
-                    CompareOp::GreaterEqual => ">=",
-                };
-                format!("`{} {op} {}`{}{}", expr(left), expr(right), with(left), with(right))
+                format!(
+                    "`{} {} {}`{}{}",
+                    expr(left),
+                    op.symbol(),
+                    expr(right),
+                    with(left),
+                    with(right)
+                )
             }
             Test::Member { element, set } => format!("`{} >> {}`{}", expr(element), expr(set), with(set)),
             Test::Forall { ty, .. } => format!("a test of every `{}`", self.domain.types[ty.index()].name),
@@ -204,41 +204,8 @@ impl<'a> View<'a> {
     }
 
     fn show_expr(&self, expr: &Expr, frame: &[Value]) -> String {
-        match expr {
-            Expr::Const(v) => self.domain.show(v),
-            Expr::Var(v) => frame.get(v.index()).map_or_else(String::new, |v| self.domain.show(v)),
-            Expr::Attribute { base, attribute } => {
-                let name = &self.domain.attributes[attribute.index()].name;
-                format!("{}.{name}", self.show_expr(base, frame))
-            }
-            Expr::Size(set) => format!("size({})", self.show_expr(set, frame)),
-            Expr::List(elements) => {
-                let all: Vec<String> = elements.iter().map(|e| self.show_expr(e, frame)).collect();
-                format!("[{}]", all.join(", "))
-            }
-            Expr::Arithmetic { op, left, right } => {
-                let op = match op {
-                    ArithmeticOp::Add => "+",
-                    ArithmeticOp::Subtract => "-",
-                    ArithmeticOp::Multiply => "*",
-                    ArithmeticOp::Divide => "/",
-                };
-                format!(
-                    "({} {op} {})",
-                    self.show_expr(left, frame),
-                    self.show_expr(right, frame)
-                )
-            }
-            Expr::Negate(inner) => format!("-{}", self.show_expr(inner, frame)),
-            Expr::SetWith { set, element } => {
-                format!("{} + {}", self.show_expr(set, frame), self.show_expr(element, frame))
-            }
-            Expr::SetWithout { set, element } => {
-                format!("{} - {}", self.show_expr(set, frame), self.show_expr(element, frame))
-            }
-            Expr::GeometricCost => "GetGRPCost()".to_owned(),
-            Expr::GeometricDuration => "GetGRPDuration()".to_owned(),
-        }
+        let name = |var: Var| frame.get(var.index()).map_or_else(String::new, |v| self.domain.show(v));
+        show_expr(self.domain, expr, &name)
     }
 }
 

@@ -1,0 +1,47 @@
+//! Expressions as the language writes them.
+
+use super::{ArithmeticOp, CompareOp, Domain, Expr, Var};
+
+impl CompareOp {
+    /// Returns the operator as the language writes it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            CompareOp::Equal => "==",
+            CompareOp::NotEqual => "!=",
+            CompareOp::Less => "<",
+            CompareOp::LessEqual => "<=",
+            CompareOp::Greater => ">",
+            CompareOp::GreaterEqual => ">=",
+        }
+    }
+}
+
+impl ArithmeticOp {
+    /// Returns the operator as the language writes it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            ArithmeticOp::Add => "+",
+            ArithmeticOp::Subtract => "-",
+            ArithmeticOp::Multiply => "*",
+            ArithmeticOp::Divide => "/",
+        }
+    }
+}
+
+/// Returns the expression as the language writes it; `name` says how a variable is written: by its name or by its value.
+pub fn show_expr(domain: &Domain, expr: &Expr, name: &dyn Fn(Var) -> String) -> String {
+    let show = |e: &Expr| show_expr(domain, e, name);
+    match expr {
+        Expr::Const(value) => domain.show(value),
+        Expr::Var(var) => name(*var),
+        Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
+        Expr::Size(set) => format!("size({})", show(set)),
+        Expr::List(elements) => format!("[{}]", elements.iter().map(show).collect::<Vec<_>>().join(", ")),
+        Expr::Arithmetic { op, left, right } => format!("({} {} {})", show(left), op.symbol(), show(right)),
+        Expr::Negate(inner) => format!("-{}", show(inner)),
+        Expr::SetWith { set, element } => format!("({} + {})", show(set), show(element)),
+        Expr::SetWithout { set, element } => format!("({} - {})", show(set), show(element)),
+        Expr::GeometricCost => "GetGRPCost()".into(),
+        Expr::GeometricDuration => "GetGRPDuration()".into(),
+    }
+}
