@@ -73,6 +73,17 @@ impl Case {
         Case::load(path, InMemory(BTreeMap::from([(path, pieces.concat())])))
     }
 
+    /// Loads such a world whose robot has this model; its URDF is `models/pr2.urdf`.
+    pub fn with_model(model: &str, pieces: &[&str]) -> Case {
+        let path = "worlds/case.toml";
+        let robot = "[robots.PR2]\nmodel = \"model.toml\"\n";
+        let files = BTreeMap::from([
+            (path, robot.to_owned() + &pieces.concat()),
+            ("worlds/model.toml", model.to_owned()),
+        ]);
+        Case::load(path, InMemory(files))
+    }
+
     fn load(path: &str, files: InMemory) -> Case {
         let mut sources = Sources::default();
         let (input, problems) = load("domains/three_objects.hatp", path, None, &mut sources, &files);

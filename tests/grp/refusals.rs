@@ -87,6 +87,23 @@ fn hands_that_can_not_take() {
 }
 
 #[test]
+fn fingers_that_do_not_close_far_enough() {
+    let model = std::fs::read_to_string("worlds/models/pr2.toml").unwrap();
+    let model = model.replace("\"pr2.urdf\"", "\"models/pr2.urdf\"");
+    let gap = |gap: &str| model.replace("gap_closed = 0", &format!("gap_closed = {gap}"));
+    // The cube is 0.06 m wide.
+    let case = Case::with_model(&gap("0.05"), &[TABLE, CUBE]);
+    assert!(case.holds(case.reachable("CUBE", "PR2")));
+    assert!(case.project(&mut case.grp(0), "pick", &["PR2", "CUBE"]).is_ok());
+    let case = Case::with_model(&gap("0.07"), &[TABLE, CUBE]);
+    assert!(!case.holds(case.reachable("CUBE", "PR2")));
+    assert_eq!(
+        refused(&case, "pick", &["PR2", "CUBE"]),
+        "PR2 has no free hand whose fingers can hold CUBE"
+    );
+}
+
+#[test]
 fn a_bare_hand_can_not_let_go() {
     let mut case = Case::of(&[HUMAN, TABLE, CUBE]);
     case.give("CUBE", "BOB", 0);
