@@ -7,10 +7,10 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::facts::placed_pose;
+use super::facts::{is_level, placed_pose};
 use super::prepared::Prepared;
 use crate::geom::{Pose, Vec3};
-use crate::world::{Scene, State};
+use crate::world::{Grasp, Gripper, Scene, State, Support};
 
 /// Where an object is to be put.
 #[derive(Debug, Clone)]
@@ -35,6 +35,11 @@ pub(super) struct Candidate {
     pub X_OT: Pose,
     pub width: f64,
     pub placement: Option<Placement>,
+}
+
+/// Says whether the fingers go around what the grasp holds, and close on it.
+pub(super) fn can_hold(gripper: &Gripper, grasp: &Grasp) -> bool {
+    gripper.gap_closed <= grasp.width && grasp.width < gripper.gap_open
 }
 
 /// Returns every arm whose hand is empty with every grasp that its gripper can open for, most promising first.
@@ -63,11 +68,13 @@ pub(super) fn arms_and_grasps(
         }
         let p_WShoulder = X_WL[prepared.agents[agent].arms[arm].shoulder_link].translation.vector;
         let away = X_WO.translation.vector - p_WShoulder;
-        for grasp in scene.objects[object]
-            .grasps
-            .iter()
-            .filter(|g| g.width < gripper.gap_open)
-        {
+        let grasps = &scene.objects[object].grasps;
+        for (n, grasp) in grasps.iter().enumerate() {
+            // A grasp that the world file gives twice would give the same solution twice.
+            let is_known = |g: &Grasp| g.X_OT == grasp.X_OT && g.width == grasp.width;
+            if !can_hold(gripper, grasp) || grasps[..n].iter().any(is_known) {
+                continue;
+            }
             let approach = X_WO.rotation * grasp.X_OT.rotation * Vec3::x();
             let promise = approach.dot(&-Vec3::z()) + 0.5 * approach.dot(&away.normalize());
             let candidate = Candidate {
@@ -84,7 +91,7 @@ pub(super) fn arms_and_grasps(
     all.into_iter().map(|(_, _, c)| c).collect()
 }
 
-/// Returns placements of a held object on the faces of `on`; fewer than `limit` where some do not fit onto their face.
+/// Returns placements of a held object on the level faces of `on`; fewer than `limit` where some do not fit onto their face.
 pub(super) fn placements(
     scene: &Scene,
     state: &State,
@@ -95,7 +102,12 @@ pub(super) fn placements(
     rng: &mut ChaCha8Rng,
 ) -> Vec<Candidate> {
     let thing = &scene.objects[object];
-    let supports = &scene.objects[on].supports;
+    let supports: Vec<(usize, &Support)> = scene.objects[on]
+        .supports
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| is_level(&state.objects[on].X_WO, s))
+        .collect();
     let shift: [f64; 3] = [rng.random(), rng.random(), rng.random()];
     let mut all = Vec::new();
     if supports.is_empty() || thing.stable.is_empty() {
@@ -104,13 +116,13 @@ pub(super) fn placements(
     for k in 0..limit {
         let n = k as usize;
         // Faces and orientations alternate fastest, so that each gets its share of well-spread points.
-        let support = n % supports.len();
+        let (support, face) = supports[n % supports.len()];
         let stable = n / supports.len() % thing.stable.len();
         let point = n / (supports.len() * thing.stable.len()) + 1;
         let unit = |base: usize, i: usize| (halton(point, base) + shift[i]).fract();
         let yaw = (unit(5, 2) * 2.0 - 1.0) * std::f64::consts::PI;
         let (sin, cos) = nalgebra::ComplexField::sin_cos(yaw);
-        let (face, orientation) = (&supports[support], &thing.stable[stable]);
+        let orientation = &thing.stable[stable];
         let turned: Vec<[f64; 2]> = orientation
             .footprint
             .iter()

@@ -7,13 +7,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::arm_space::{ArmSpace, Clearance};
+use super::candidates::can_hold;
 use super::key::Key;
 use super::prepared::{Owner, Prepared, link_poses, place_all};
 use crate::geom::collide::ray;
 use crate::geom::ik;
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
-use crate::world::{Object, Scene, State};
+use crate::world::{Object, Scene, State, Support};
 
 /// Names of the facts, as the language's prelude declares them.
 pub const FACTS: [&str; 4] = ["isOn", "hasInHand", "isReachable", "isVisible"];
@@ -47,7 +48,7 @@ pub(super) fn is_on(scene: &Scene, state: &State, a: usize, b: usize) -> bool {
     let (above, below) = (&scene.objects[a], &scene.objects[b]);
     below.supports.iter().any(|support| {
         let X_WF = state.objects[b].X_WO * support.X_OF;
-        if (X_WF.rotation * Vec3::z()).z < LEVEL {
+        if !is_level(&state.objects[b].X_WO, support) {
             return false;
         }
         let X_FO = X_WF.inverse() * state.objects[a].X_WO;
@@ -62,6 +63,11 @@ pub(super) fn is_on(scene: &Scene, state: &State, a: usize, b: usize) -> bool {
                 })
         })
     })
+}
+
+/// Says whether a support face looks up when its object is at `X_WO`.
+pub(super) fn is_level(X_WO: &Pose, support: &Support) -> bool {
+    (X_WO.rotation * support.X_OF.rotation * Vec3::z()).z >= LEVEL
 }
 
 /// Says whether `object` is attached to one of the agent's hands.
@@ -83,12 +89,10 @@ pub(super) fn is_reachable(
     if has_in_hand(state, agent, object) {
         return false;
     }
-    // The same tries in every world state: the fact changes only where something in the way has moved.
     let stream = Key::new(seed)
         .text("isReachable")
         .number(object as u64)
         .number(agent as u64);
-    let rng = &mut ChaCha8Rng::seed_from_u64(stream.0);
     let body = &scene.agents[agent];
     (0..body.arms.len()).any(|arm| {
         // A full hand cannot take another object.
@@ -98,10 +102,16 @@ pub(super) fn is_reachable(
             .any(|o| o.held.as_ref().is_some_and(|h| h.agent == agent && h.arm == arm));
         !full
             && match body.arms[arm].gripper {
-                Some(_) => gripper_reaches(scene, prepared, state, object, agent, arm, rng),
-                None => hand_reaches(scene, prepared, state, object, agent, arm, rng),
+                Some(_) => gripper_reaches(scene, prepared, state, object, agent, arm, stream),
+                None => hand_reaches(scene, prepared, state, object, agent, arm, stream),
             }
     })
+}
+
+/// Returns the random restarts of one arm at one grasp: the same for each and in every world state, whatever others needed
+/// before. So the fact changes only where something in the way has moved.
+fn tries(stream: Key) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(stream.0)
 }
 
 fn gripper_reaches(
@@ -111,7 +121,7 @@ fn gripper_reaches(
     object: usize,
     agent: usize,
     arm: usize,
-    rng: &mut ChaCha8Rng,
+    stream: Key,
 ) -> bool {
     let Some(gripper) = &scene.agents[agent].arms[arm].gripper else {
         return false;
@@ -131,7 +141,7 @@ fn gripper_reaches(
     scene.objects[object]
         .grasps
         .iter()
-        .filter(|g| g.width < gripper.gap_open)
+        .filter(|g| can_hold(gripper, g))
         .any(|grasp| {
             let X_WT = state.objects[object].X_WO * grasp.X_OT;
             (X_WT.translation.vector - p_WShoulder).norm() <= ready.reach
@@ -141,7 +151,7 @@ fn gripper_reaches(
                     &ik::Target::Pose(X_KW * X_WT),
                     &seed,
                     &REACH_IK,
-                    rng,
+                    &mut tries(stream),
                     &mut |q| space.check(q),
                 )
                 .is_ok()
@@ -155,7 +165,7 @@ fn hand_reaches(
     object: usize,
     agent: usize,
     arm: usize,
-    rng: &mut ChaCha8Rng,
+    stream: Key,
 ) -> bool {
     let X_WL = scene.agents[agent]
         .tree
@@ -190,7 +200,7 @@ fn hand_reaches(
         &ik::Target::Point(p_KT.coords),
         &seed,
         &settings,
-        rng,
+        &mut tries(stream),
         &mut |q| space.check(q),
     )
     .is_ok()

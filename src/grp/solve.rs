@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use super::attempt;
 use super::candidates::{Candidate, arms_and_grasps, placements};
 use super::description::{Choice, Description, SubAction};
+use super::facts::is_level;
 use super::key::Key;
 use super::motion::Timed;
 use super::prepared::Prepared;
@@ -165,7 +166,7 @@ impl Search {
                 let all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
                 if all.is_empty() {
                     return Err(format!(
-                        "{} has no free hand that opens wide enough for {}",
+                        "{} has no free hand whose fingers can hold {}",
                         body.id, thing.id
                     ));
                 }
@@ -176,9 +177,23 @@ impl Search {
                 let Some(held) = held else {
                     return Err(format!("{} is not in a hand of {}", thing.id, body.id));
                 };
+                if body.arms[held.arm].gripper.is_none() {
+                    return Err(format!("{} has no gripper", body.id));
+                }
                 let on = support.ok_or("no support is named")?;
-                if room.scene.objects[on].supports.is_empty() {
-                    return Err(format!("{} has no face to put things on", room.scene.objects[on].id));
+                let below = &room.scene.objects[on];
+                if on == object {
+                    return Err(format!("{} can't be put on itself", thing.id));
+                }
+                // What stands on a held thing would not move with it.
+                if let Some(held) = &self.start.objects[on].held {
+                    return Err(format!("{} is held by {}", below.id, room.scene.agents[held.agent].id));
+                }
+                if below.supports.is_empty() {
+                    return Err(format!("{} has no face to put things on", below.id));
+                }
+                if !below.supports.iter().any(|s| is_level(&self.start.objects[on].X_WO, s)) {
+                    return Err(format!("{} has no level face to put things on", below.id));
                 }
                 if thing.stable.is_empty() {
                     return Err(format!("{} can't stand by itself", thing.id));
@@ -188,8 +203,7 @@ impl Search {
                 let limit = room.settings.placements;
                 let all = placements(room.scene, &self.start, object, on, &held, limit, &mut rng);
                 if all.is_empty() {
-                    let on = &room.scene.objects[on].id;
-                    return Err(format!("{} does not fit on {on} in any orientation", thing.id));
+                    return Err(format!("{} does not fit on {} in any orientation", thing.id, below.id));
                 }
                 Ok(all)
             }
