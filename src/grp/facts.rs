@@ -76,7 +76,7 @@ pub(super) fn has_in_hand(state: &State, agent: usize, object: usize) -> bool {
 }
 
 /// Says whether an arm of the agent, its base and its other joints as they are, has a collision-free configuration at the object:
-/// a robot's gripper, open, at one of the object's grasps; a human's palm at the surface, on the side of the shoulder.
+/// a robot's gripper, open, at one of the object's grasps; a human's palm at the surface, where the way from the arm's first joint to the centre enters it.
 /// What an agent holds itself is not reachable to it.
 pub(super) fn is_reachable(
     scene: &Scene,

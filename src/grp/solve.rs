@@ -163,7 +163,8 @@ impl Search {
                 if body.arms.iter().all(|a| a.gripper.is_none()) {
                     return Err(format!("{} has no gripper", body.id));
                 }
-                let all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
+                let mut all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
+                all.retain(|c| self.moved_along(room, c.arm).is_none());
                 if all.is_empty() {
                     return Err(format!(
                         "{} has no free hand whose fingers can hold {}",
@@ -179,6 +180,13 @@ impl Search {
                 };
                 if body.arms[held.arm].gripper.is_none() {
                     return Err(format!("{} has no gripper", body.id));
+                }
+                if let Some(other) = self.moved_along(room, held.arm) {
+                    let (arm, other) = (&body.arms[held.arm].name, &room.scene.objects[other].id);
+                    return Err(format!(
+                        "the {arm} arm of {} would move {other} in its other hand",
+                        body.id
+                    ));
                 }
                 let on = support.ok_or("no support is named")?;
                 let below = &room.scene.objects[on];
@@ -208,6 +216,18 @@ impl Search {
                 Ok(all)
             }
         }
+    }
+
+    /// Returns an object in another hand of the agent that this arm's joints move as well: arms may share a trunk. What is
+    /// carried along like that is not planned for, so such an arm is not used.
+    fn moved_along(&self, room: &Room<'_>, arm: usize) -> Option<usize> {
+        let agent = self.arguments.agent;
+        let moved = &room.prepared.agents[agent].arms[arm].moved;
+        self.start.objects.iter().position(|o| {
+            o.held.as_ref().is_some_and(|h| {
+                h.agent == agent && h.arm != arm && moved.contains(&room.scene.agents[agent].arms[h.arm].tip_link)
+            })
+        })
     }
 
     /// Returns the next solution, never one given before; `None` when there is none, or somebody stopped the search.
