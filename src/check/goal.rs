@@ -6,7 +6,7 @@ use super::kinds::Kind;
 use super::methods::constant;
 use super::names::{Names, Signature};
 use super::problems;
-use crate::diag::Problems;
+use crate::diag::{Label, Problems};
 use crate::ir::{self, Domain};
 use crate::source::{FileId, Span};
 use crate::syntax;
@@ -60,14 +60,22 @@ pub fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain) -> (
             // The declaration's place is not kept in a compiled domain; the help line shows its parameters.
             let args = walk.arguments("task", &call, &params, Span::new(super::PRELUDE, 0, 0));
             let args = args.iter().zip(&call.args);
-            let args: Option<Vec<ir::Value>> = args.map(|(arg, at)| constant(arg, at.span, &mut problems)).collect();
+            // What is wrong inside an argument is said already; that it is no constant then follows.
+            let is_wrong = |problems: &Problems, span: Span| {
+                let inside = |l: &Label| span.start <= l.span.start && l.span.end <= span.end;
+                problems.0.iter().any(|p| p.primary.as_ref().is_some_and(inside))
+            };
+            let args: Option<Vec<ir::Value>> = args
+                .map(|(arg, at)| match is_wrong(&problems, at.span) {
+                    true => None,
+                    false => constant(arg, at.span, &mut problems),
+                })
+                .collect();
             for (arg, at) in args.iter().flatten().zip(&call.args) {
                 // Ids of strings belong to the domain; one that is not there would name nothing.
-                let is_wrong = problems
-                    .0
-                    .iter()
-                    .any(|p| p.primary.as_ref().is_some_and(|l| l.span == at.span));
-                if !is_wrong && matches!(arg, ir::Value::String(s) if s.index() >= domain.strings.len()) {
+                if !is_wrong(&problems, at.span)
+                    && matches!(arg, ir::Value::String(s) if s.index() >= domain.strings.len())
+                {
                     let message = "this string occurs nowhere in the domain";
                     let help = "no test can tell it from any other; use one that the domain writes";
                     problems.push(problems::not_constant(at.span, message, help));
