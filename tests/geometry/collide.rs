@@ -68,7 +68,8 @@ proptest! {
         let (s, t) = (Solid::new(&a), Solid::new(&b));
         let (meet, apart) = brute_force(&a, &X_WA, &b, &X_WB);
         let d = distance(&s, &X_WA, &t, &X_WB);
-        prop_assert!((d - apart).abs() < 1e-5, "distance {d}, parry {apart}");
+        // Parry's search ends early now and then, with a distance between two points that are not quite the nearest.
+        prop_assert!(d < apart + 1e-5 && d > apart - 1e-3, "distance {d}, parry {apart}");
         let depth = penetration(&s, &X_WA, &t, &X_WB);
         if d > TIE || depth.is_some_and(|p| p > TIE) {
             prop_assert_eq!(touch(&s, &X_WA, &t, &X_WB), meet);
