@@ -11,6 +11,10 @@ pub fn plan(plan: &Plan) -> String {
     let n = plan.actions.len();
     let actions = if n == 1 { "action" } else { "actions" };
     let _ = writeln!(out, "plan of {}", plan.task);
+    if n == 0 {
+        out.push_str("no action is needed\n");
+        return out;
+    }
     let _ = writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan);
     let mut rows: Vec<[String; 8]> = vec![
         [
