@@ -1,12 +1,12 @@
 //! sgap: symbolic-geometric planning for robots that work beside people.
 //!
-//! The way of the data, in reading order; `docs/architecture.md` tells each room's job and what it may not know.
+//! The way of the data; `docs/architecture.md` tells each room's job and what it may not know.
 //!
 //! ```text
-//! .hatp text --syntax--> ast --check--> check::Domain --ir--> ir::Domain --+
-//!                                                                          +--engine--> plan::Plan --report--> text, JSON, page
-//! .toml text + URDF ------------------world------------> World ----grp-----+                 |
-//!                                                                                       validate (a second opinion)
+//! .hatp text --syntax--> ast --check--> ir::Domain --+
+//!                               ^                    +--engine--> plan::Plan --report--> text, JSON, page
+//!                               |                    |                |
+//! .toml text + URDF --world--> World ------grp-------+            validate (a second opinion)
 //! ```
 
 pub mod check;

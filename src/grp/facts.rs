@@ -114,6 +114,17 @@ fn tries(stream: Key) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(stream.0)
 }
 
+/// Returns where the arm's first joint is in the world [m], and X_KW, K being the frame of the arm's base link.
+fn shoulder_and_base(scene: &Scene, prepared: &Prepared, state: &State, agent: usize, arm: usize) -> (Vec3, Pose) {
+    let (body, at) = (&scene.agents[agent], &state.agents[agent]);
+    let X_WL = body.tree.link_poses(&at.X_WB, &at.q);
+    let shoulder = prepared.agents[agent].arms[arm].shoulder_link;
+    (
+        X_WL[shoulder].translation.vector,
+        X_WL[body.arms[arm].base_link].inverse(),
+    )
+}
+
 fn gripper_reaches(
     scene: &Scene,
     prepared: &Prepared,
@@ -126,12 +137,8 @@ fn gripper_reaches(
     let Some(gripper) = &scene.agents[agent].arms[arm].gripper else {
         return false;
     };
-    let X_WL = scene.agents[agent]
-        .tree
-        .link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
     let ready = &prepared.agents[agent].arms[arm];
-    let p_WShoulder = X_WL[ready.shoulder_link].translation.vector;
-    let X_KW = X_WL[scene.agents[agent].arms[arm].base_link].inverse();
+    let (p_WShoulder, X_KW) = shoulder_and_base(scene, prepared, state, agent, arm);
     let mut open = state.clone();
     for (dof, value) in gripper.dofs.iter().zip(&gripper.open) {
         open.agents[agent].q[*dof] = *value;
@@ -167,11 +174,8 @@ fn hand_reaches(
     arm: usize,
     stream: Key,
 ) -> bool {
-    let X_WL = scene.agents[agent]
-        .tree
-        .link_poses(&state.agents[agent].X_WB, &state.agents[agent].q);
     let ready = &prepared.agents[agent].arms[arm];
-    let p_WShoulder = X_WL[ready.shoulder_link].translation.vector;
+    let (p_WShoulder, X_KW) = shoulder_and_base(scene, prepared, state, agent, arm);
     let X_WO = &state.objects[object].X_WO;
     let towards = X_WO.translation.vector - p_WShoulder;
     let far = towards.norm();
@@ -187,7 +191,6 @@ fn hand_reaches(
     if entry - TOUCH > ready.reach {
         return false;
     }
-    let X_KW = X_WL[scene.agents[agent].arms[arm].base_link].inverse();
     let p_KT = X_KW * nalgebra::Point3::from(p_WShoulder + direction * entry);
     let settings = ik::Settings {
         position_tolerance: TOUCH,
