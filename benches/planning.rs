@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use divan::Bencher;
-use sgap::engine::{self, Budget, Call, Reasoner};
+use sgap::engine::{self, Budget, Call, Formula, Reasoner};
 use sgap::grp::{self, Grp};
 use sgap::ir::Value;
 use sgap::load::{Input, load};
@@ -98,6 +98,7 @@ fn pick(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "pick",
                 args: &args,
+                constraints: &Formula::TRUE,
             },
         )
         .expect("it can be picked")
@@ -120,6 +121,7 @@ fn place_reachable(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "pick",
                 args: &pick,
+                constraints: &Formula::TRUE,
             },
         )
         .expect("it can be picked");
@@ -131,6 +133,7 @@ fn place_reachable(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "placeReachable",
                 args: &place,
+                constraints: &Formula::TRUE,
             },
         )
     });

@@ -20,6 +20,16 @@ const EDGES: &[(&str, &[Edge])] = &[
     ("ir", &[]),
     ("check", &[("source", ALL), ("diag", ALL), ("syntax", ALL), ("ir", ALL)]),
     ("geom", &[]),
+    (
+        "lsp",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("syntax", ALL),
+            ("check", ALL),
+            ("ir", ALL),
+        ],
+    ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
     ("plan", &[("geom", &["Pose"])]),
     ("engine", &[("ir", ALL), ("plan", ALL)]),
@@ -28,7 +38,17 @@ const EDGES: &[(&str, &[Edge])] = &[
         &[
             (
                 "engine",
-                &["Call", "GasNum", "GasRef", "Mark", "Projection", "Reasoner"],
+                &[
+                    "Call",
+                    "Formula",
+                    "GasNum",
+                    "GasRef",
+                    "Mark",
+                    "Projection",
+                    "Reasoner",
+                    "Request",
+                    "Term",
+                ],
             ),
             ("ir", ALL),
             ("plan", ALL),

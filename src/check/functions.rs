@@ -138,6 +138,7 @@ fn each_child(expr: &Expr, f: &mut dyn FnMut(&Expr)) {
         Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
         Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => f(inner),
         Expr::List(elements) => elements.iter().for_each(f),
+        Expr::Request { args, .. } | Expr::Fact { args, .. } => args.iter().for_each(f),
         Expr::Arithmetic { left, right, .. } => {
             f(left);
             f(right);
@@ -151,6 +152,7 @@ fn each_child(expr: &Expr, f: &mut dyn FnMut(&Expr)) {
 
 fn substitute(expr: &Expr, args: &[Expr]) -> Expr {
     let boxed = |e: &Expr| Box::new(substitute(e, args));
+    let all = |es: &[Expr]| es.iter().map(|e| substitute(e, args)).collect::<Vec<_>>();
     match expr {
         Expr::Var(var) => args.get(var.index()).unwrap_or(expr).clone(),
         Expr::Const(_) | Expr::GeometricCost | Expr::GeometricDuration => expr.clone(),
@@ -160,7 +162,15 @@ fn substitute(expr: &Expr, args: &[Expr]) -> Expr {
         },
         Expr::Size(set) => Expr::Size(boxed(set)),
         Expr::Negate(inner) => Expr::Negate(boxed(inner)),
-        Expr::List(elements) => Expr::List(elements.iter().map(|e| substitute(e, args)).collect()),
+        Expr::List(elements) => Expr::List(all(elements)),
+        Expr::Request { request, args } => Expr::Request {
+            request: *request,
+            args: all(args),
+        },
+        Expr::Fact { fact, args } => Expr::Fact {
+            fact: *fact,
+            args: all(args),
+        },
         Expr::Arithmetic { op, left, right } => Expr::Arithmetic {
             op: *op,
             left: boxed(left),

@@ -115,9 +115,18 @@ fn unsupported(item: &ast::Item) -> Option<Problem> {
     let builtin = |span: Span| span.file == PRELUDE;
     match item {
         ast::Item::TimePart(span) => Some(problems::time_part(*span)),
-        ast::Item::Import(span) => {
+        ast::Item::Import(import) => {
             let help = "give all files on the command line, or join them";
-            Some(problems::not_supported("`import` is not there yet", *span, help))
+            Some(problems::not_supported("`import` is not there yet", import.span, help))
+        }
+        ast::Item::Request(r) if !builtin(r.span) => {
+            let message = "a domain can't define requests";
+            let help = "use those of the prelude, or a `fact` with a body";
+            Some(problems::not_supported(message, r.name.span, help))
+        }
+        ast::Item::Settings(s) => {
+            let help = "use the options of the command line";
+            Some(problems::not_supported("`settings` is not there yet", s.span, help))
         }
         ast::Item::Geometric(g) if !builtin(g.span) => {
             let message = "a domain can't define geometric actions yet";

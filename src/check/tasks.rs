@@ -71,6 +71,7 @@ pub(super) fn action(
         n_vars: 0,
         preconditions: Test::always(),
         projects: None,
+        constraints: ir::Test::always(),
         alternatives: None,
         effects: Vec::new(),
         cost: Expr::Const(ir::Value::Number(1.0)),
@@ -88,7 +89,7 @@ pub(super) fn action(
         match clause {
             Clause::Preconditions(tests, _) => out.preconditions = walk.tests(tests),
             Clause::Projects(call, _) => out.projects = walk.projection(call),
-            Clause::Constraints(span) => {
+            Clause::Constraints(_, span) => {
                 let help = "test shared attributes in the preconditions of a later action";
                 let message = "`constraints` are not there yet";
                 walk.problems.push(problems::not_supported(message, *span, help));
@@ -120,7 +121,7 @@ fn clause_word(clause: &Clause) -> (&'static str, Span) {
     match clause {
         Clause::Preconditions(_, span) => ("preconditions", *span),
         Clause::Projects(_, span) => ("projects", *span),
-        Clause::Constraints(span) => ("constraints", *span),
+        Clause::Constraints(_, span) => ("constraints", *span),
         Clause::Alternatives(_, span) => ("alternatives", *span),
         Clause::Effects(_, span) => ("effects", *span),
         Clause::Cost(_, span) => ("cost", *span),

@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use super::reasoner::Reasoner;
+use super::reasoner::{Reasoner, Request};
 use super::state::State;
 use crate::ir::{
-    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, FactId, SlotId, Test, TypeId,
+    Value, Var,
 };
 
 /// What an evaluation may look at.
@@ -116,15 +117,35 @@ impl Context<'_> {
                 }
                 Value::Set(Arc::new(members))
             }
+            Expr::Request { request, args } => {
+                let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
+                let name = &self.domain.requests[request.index()].name;
+                self.reasoner.request(self.domain, &Request { name, args: &args? })?
+            }
+            Expr::Fact { fact, args } => {
+                let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
+                Value::Bool(self.defined(*fact, &args?))
+            }
             Expr::GeometricCost => Value::Number(self.projection.0),
             Expr::GeometricDuration => Value::Number(self.projection.1),
         })
     }
 
+    /// Says whether a fact that the domain defines holds of `args`.
+    fn defined(&mut self, fact: FactId, args: &[Value]) -> bool {
+        let fact = &self.domain.facts[fact.index()];
+        self.holds(&fact.body, &mut frame(args, fact.n_vars))
+    }
+
     fn set(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Arc<EntitySet>> {
         match self.value(expr, frame)? {
             Value::Set(set) => Some(set),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => None,
+            Value::Null
+            | Value::Bool(_)
+            | Value::Number(_)
+            | Value::String(_)
+            | Value::Entity(_)
+            | Value::Scalars(_) => None,
         }
     }
 
@@ -132,7 +153,9 @@ impl Context<'_> {
     pub fn number(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<f64> {
         match self.value(expr, frame)? {
             Value::Number(x) => Some(x),
-            Value::Null | Value::Bool(_) | Value::Set(_) | Value::String(_) | Value::Entity(_) => None,
+            Value::Null | Value::Bool(_) | Value::Set(_) | Value::String(_) | Value::Entity(_) | Value::Scalars(_) => {
+                None
+            }
         }
     }
 

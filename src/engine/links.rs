@@ -93,7 +93,7 @@ fn agents(found: &Found, domain: &Domain, index: usize) -> Vec<EntityId> {
         let members: Vec<EntityId> = match &step.args[*position] {
             Value::Entity(e) => vec![*e],
             Value::Set(set) => set.iter().collect(),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => Vec::new(),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => Vec::new(),
         };
         for agent in members {
             if !agents.contains(&agent) {

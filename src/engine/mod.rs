@@ -15,5 +15,5 @@ mod state;
 
 pub use links::document;
 pub use outcome::{Budget, Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated};
-pub use reasoner::{Call, GasNum, GasRef, Granted, Mark, Projection, Reasoner};
+pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
 pub use search::solve;

@@ -1,6 +1,6 @@
 //! What the engine asks of geometry. The engine owns this trait, so HTN logic is tested with exact, scripted answers.
 
-use crate::ir::{AttributeId, Domain, EntityId, Value};
+use crate::ir::{ArithmeticOp, AttributeId, Base, CompareOp, Domain, EntityId, RequestId, Value};
 use crate::plan::ActionRefusal;
 
 /// Identifies a geometric action in a run (thesis 3.3.1: gasNum).
@@ -21,6 +21,56 @@ pub struct Call<'a> {
     /// Name as the domain writes it: `pick`.
     pub name: &'a str,
     pub args: &'a [Value],
+    /// What must hold in the world that the action leads to.
+    pub constraints: &'a Formula,
+}
+
+/// A question about a world state, with its arguments evaluated: a geometric request or a fact (`isReachable(CUP, BOB)`).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request<'a> {
+    pub name: &'a str,
+    pub args: &'a [Value],
+}
+
+/// The constraints of an operator (thesis 4.3.3) with all evaluated that reads the symbolic state; what is left are
+/// questions to the world that the action leads to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Formula {
+    /// All hold; empty means true.
+    And(Vec<Formula>),
+    /// One holds; empty means false.
+    Or(Vec<Formula>),
+    Not(Box<Formula>),
+    /// A request that is answered `true`.
+    Holds {
+        request: RequestId,
+        args: Vec<Value>,
+    },
+    Compare {
+        op: CompareOp,
+        left: Term,
+        right: Term,
+    },
+}
+
+impl Formula {
+    /// What always holds.
+    pub const TRUE: Formula = Formula::And(Vec::new());
+}
+
+/// A side of a comparison in a [`Formula`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Term {
+    Value(Value),
+    Request {
+        request: RequestId,
+        args: Vec<Value>,
+    },
+    Arithmetic {
+        op: ArithmeticOp,
+        left: Box<Term>,
+        right: Box<Term>,
+    },
 }
 
 /// A solution, as far as the engine needs it.
@@ -53,6 +103,10 @@ pub trait Reasoner {
 
     /// Returns the value of a shared attribute of `entity` in the current world state.
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value;
+
+    /// Answers a question about the current world state: a truth value or a number, as [`Domain::requests`] declares it.
+    /// `None` where there is no answer (an entity without a place in the world): the test that asks is then false.
+    fn request(&mut self, domain: &Domain, request: &Request<'_>) -> Option<Value>;
 
     /// Returns a mark of the current world state.
     fn save(&mut self) -> Mark;
@@ -104,6 +158,15 @@ impl Reasoner for Granted {
 
     fn fact(&mut self, _: &Domain, _: AttributeId, _: EntityId) -> Value {
         Value::Null
+    }
+
+    /// Granted, too: true, or a distance of 0.
+    fn request(&mut self, domain: &Domain, request: &Request<'_>) -> Option<Value> {
+        let declared = domain.requests.iter().find(|r| r.name == request.name)?;
+        Some(match declared.result {
+            Base::Number => Value::Number(0.0),
+            Base::Bool | Base::String | Base::Entity(_) => Value::Bool(true),
+        })
     }
 
     fn save(&mut self) -> Mark {

@@ -16,7 +16,7 @@ use super::changes::changes;
 use super::eval::{Context, frame};
 use super::explain::failed_literal;
 use super::outcome::{Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated};
-use super::reasoner::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
+use super::reasoner::{Call, Formula, GasNum, GasRef, Mark, Projection, Reasoner};
 use super::state::{State, TrailMark};
 use crate::ir::{ActionId, Binder, Domain, Goal, MethodId, SelectOrder, SlotId, TaskId, Value};
 use crate::plan::{Refusal, WhyNot};
@@ -592,6 +592,7 @@ impl Search<'_> {
             &Call {
                 name: &projection.name,
                 args: &args,
+                constraints: &Formula::TRUE,
             },
         ) {
             Ok(solution) => {

@@ -21,7 +21,7 @@ pub use description::{ACTIONS, APPROACH, Description};
 pub use facts::FACTS;
 pub use solve::{Counts, Settings};
 
-use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
+use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{
     ActionRefusal, AttachmentChange, Cause, CauseCount, Geometry, Motion, Placement, SubAction, Trajectory,
@@ -392,6 +392,10 @@ impl Reasoner for Grp<'_> {
     fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal> {
         let gas = self.start(domain, call)?;
         self.solution(gas, 0)
+    }
+
+    fn request(&mut self, _: &Domain, _: &Request<'_>) -> Option<Value> {
+        None
     }
 
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {

@@ -25,6 +25,10 @@ id!(
     AttributeId,
     /// Indexes [`Domain::slots`], [`Domain::initial`] and a state's values: one attribute of one entity.
     SlotId,
+    /// Indexes [`Domain::requests`].
+    RequestId,
+    /// Indexes [`Domain::facts`].
+    FactId,
     /// Indexes [`Domain::strings`].
     StringId,
     /// Indexes [`Domain::actions`].
@@ -109,6 +113,63 @@ pub enum Value {
     String(StringId),
     Entity(EntityId),
     Set(Arc<EntitySet>),
+    /// A set of numbers, strings or truth values.
+    Scalars(Arc<ScalarSet>),
+}
+
+/// A set of numbers, strings or truth values, in order, none twice.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ScalarSet(Vec<Value>);
+
+impl ScalarSet {
+    /// Says whether `value` is in the set.
+    pub fn contains(&self, value: &Value) -> bool {
+        self.position(value).is_ok()
+    }
+
+    /// Adds `value`; no effect if it is there, or is no number, string or truth value.
+    pub fn insert(&mut self, value: Value) {
+        if let (Err(at), Value::Bool(_) | Value::Number(_) | Value::String(_)) = (self.position(&value), &value) {
+            self.0.insert(at, value);
+        }
+    }
+
+    /// Removes `value`.
+    pub fn remove(&mut self, value: &Value) {
+        if let Ok(at) = self.position(value) {
+            self.0.remove(at);
+        }
+    }
+
+    /// Returns the number of members.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Says whether there is no member.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns the members in order: numbers by size, strings by id.
+    pub fn iter(&self) -> impl Iterator<Item = &Value> {
+        self.0.iter()
+    }
+
+    fn position(&self, value: &Value) -> Result<usize, usize> {
+        // A rank for each kind, then by size; -0 is 0, as `==` has it.
+        let key = |v: &Value| match v {
+            Value::Bool(b) => (0, f64::from(u8::from(*b))),
+            Value::Number(x) => (1, *x + 0.0),
+            Value::String(s) => (2, f64::from(s.0)),
+            Value::Null | Value::Entity(_) | Value::Set(_) | Value::Scalars(_) => (3, 0.0),
+        };
+        let wanted = key(value);
+        self.0.binary_search_by(|v| {
+            let (rank, size) = key(v);
+            rank.cmp(&wanted.0).then(size.total_cmp(&wanted.1))
+        })
+    }
 }
 
 /// What an attribute or variable may hold.
@@ -171,6 +232,37 @@ pub struct Domain {
     pub strings: Vec<String>,
     pub actions: Vec<Action>,
     pub methods: Vec<Method>,
+    /// What [`Expr::Request`] may ask of geometry: the prelude's requests, and its facts as questions.
+    pub requests: Vec<Request>,
+    /// Facts whose meaning the domain gives itself.
+    pub facts: Vec<Fact>,
+    pub settings: Settings,
+}
+
+/// What a domain says of how it wants to be planned; the command line wins over it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Settings {
+    /// Subtasks with no order between them may mix step by step instead of one block after the other.
+    pub interleave: bool,
+}
+
+/// A question to geometry about the world as it is (thesis 4.4.1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    pub name: String,
+    /// [`Base::Bool`] or [`Base::Number`].
+    pub result: Base,
+}
+
+/// A fact that the domain defines: `fact isClose(any A, any B) { distance(A, B) < 0.5; }`.
+#[derive(Debug, Clone)]
+pub struct Fact {
+    pub name: String,
+    pub params: Vec<Param>,
+    /// Frame size: parameters and quantified variables.
+    pub n_vars: usize,
+    /// Asks requests and static attributes only.
+    pub body: Test,
 }
 
 impl Domain {
@@ -237,6 +329,10 @@ impl Domain {
                 let names: Vec<&str> = s.iter().map(|e| self.entities[e.index()].name.as_str()).collect();
                 format!("[{}]", names.join(", "))
             }
+            Value::Scalars(s) => {
+                let values: Vec<String> = s.iter().map(|v| self.show(v)).collect();
+                format!("[{}]", values.join(", "))
+            }
         }
     }
 }
@@ -266,6 +362,8 @@ pub struct Action {
     pub preconditions: Test,
     /// The geometric action it projects onto; `None` is purely symbolic.
     pub projects: Option<Projection>,
+    /// Must hold in the world that the projection leads to: requests ask that world, all else reads the state before.
+    pub constraints: Test,
     /// Branching factor of this action, if it sets its own.
     pub alternatives: Option<u32>,
     pub effects: Vec<Effect>,
@@ -418,6 +516,16 @@ pub enum Expr {
     SetWithout {
         set: Box<Expr>,
         element: Box<Expr>,
+    },
+    /// A question to geometry about the world as it is now; in constraints, about the world that the action leads to.
+    Request {
+        request: RequestId,
+        args: Vec<Expr>,
+    },
+    /// Whether a fact that the domain defines holds: its body in a frame of its own.
+    Fact {
+        fact: FactId,
+        args: Vec<Expr>,
     },
     /// `GetGRPCost()`: the cost that geometry computed for this action; 0 where nothing is projected.
     GeometricCost,

@@ -31,12 +31,15 @@ impl ArithmeticOp {
 /// Returns the expression as the language writes it; `name` says how a variable is written: by its name or by its value.
 pub fn show_expr(domain: &Domain, expr: &Expr, name: &dyn Fn(Var) -> String) -> String {
     let show = |e: &Expr| show_expr(domain, e, name);
+    let list = |es: &[Expr]| es.iter().map(show).collect::<Vec<_>>().join(", ");
     match expr {
         Expr::Const(value) => domain.show(value),
         Expr::Var(var) => name(*var),
         Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
         Expr::Size(set) => format!("size({})", show(set)),
-        Expr::List(elements) => format!("[{}]", elements.iter().map(show).collect::<Vec<_>>().join(", ")),
+        Expr::List(elements) => format!("[{}]", list(elements)),
+        Expr::Request { request, args } => format!("{}({})", domain.requests[request.index()].name, list(args)),
+        Expr::Fact { fact, args } => format!("{}({})", domain.facts[fact.index()].name, list(args)),
         Expr::Arithmetic { op, left, right } => format!("({} {} {})", show(left), op.symbol(), show(right)),
         Expr::Negate(inner) => format!("-{}", show(inner)),
         Expr::SetWith { set, element } => format!("({} + {})", show(set), show(element)),

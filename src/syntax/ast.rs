@@ -30,10 +30,36 @@ pub enum Item {
     Function(Function),
     Geometric(Geometric),
     Fact(Fact),
+    Request(Request),
+    Settings(Settings),
     /// `timePart { }` of old files.
     TimePart(Span),
     /// `import "file.hatp";`
-    Import(Span),
+    Import(Import),
+}
+
+/// `import "file.hatp";`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Import {
+    /// As written, without the quotes.
+    pub path: String,
+    pub path_span: Span,
+    pub span: Span,
+}
+
+/// `settings { interleave = true; }`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    pub settings: Vec<Setting>,
+    pub span: Span,
+}
+
+/// `interleave = true;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    pub name: Name,
+    pub value: Expr,
+    pub span: Span,
 }
 
 /// `define entityType Cup : Object;`
@@ -86,7 +112,7 @@ pub struct Action {
 pub enum Clause {
     Preconditions(Vec<Test>, Span),
     Projects(Call, Span),
-    Constraints(Span),
+    Constraints(Vec<Test>, Span),
     Alternatives(Expr, Span),
     Effects(Vec<Effect>, Span),
     Cost(Expr, Span),
@@ -189,9 +215,20 @@ pub struct Geometric {
     pub span: Span,
 }
 
-/// `fact isOn(any A, any B);`
+/// `fact isOn(any A, any B);`, or with its meaning: `fact isClose(any A, any B) { distance(A, B) < 0.5; }`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
+    pub name: Name,
+    pub params: Vec<Param>,
+    /// `None` for a fact that geometry computes.
+    pub body: Option<Vec<Test>>,
+    pub span: Span,
+}
+
+/// `request number distance(any A, any B);`: a question about the world as it is, with no effect (thesis 4.4.1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    pub result: Name,
     pub name: Name,
     pub params: Vec<Param>,
     pub span: Span,

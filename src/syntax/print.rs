@@ -79,9 +79,26 @@ impl Printer {
                 self.line(&format!("{head}{body}"));
             }
             Item::Geometric(g) => self.line(&format!("geometric {}{};", g.name.text, params(&g.params))),
-            Item::Fact(f) => self.line(&format!("fact {}{};", f.name.text, params(&f.params))),
+            Item::Fact(f) => {
+                let head = format!("fact {}{}", f.name.text, params(&f.params));
+                match &f.body {
+                    Some(tests) => self.block(&format!("{head} "), |p| p.tests(tests)),
+                    None => self.line(&format!("{head};")),
+                }
+            }
+            Item::Request(r) => self.line(&format!(
+                "request {} {}{};",
+                r.result.text,
+                r.name.text,
+                params(&r.params)
+            )),
+            Item::Settings(s) => self.block("settings ", |p| {
+                for setting in &s.settings {
+                    p.line(&format!("{} = {};", setting.name.text, expr(&setting.value)));
+                }
+            }),
             Item::TimePart(_) => self.line("timePart { }"),
-            Item::Import(_) => self.line("import \"\";"),
+            Item::Import(i) => self.line(&format!("import {:?};", i.path)),
         }
     }
 
@@ -89,7 +106,7 @@ impl Printer {
         match clause {
             Clause::Preconditions(tests, _) => self.block("preconditions ", |p| p.tests(tests)),
             Clause::Projects(c, _) => self.line(&format!("projects {{ {} }}", call(c))),
-            Clause::Constraints(_) => self.line("constraints { }"),
+            Clause::Constraints(tests, _) => self.block("constraints ", |p| p.tests(tests)),
             Clause::Alternatives(e, _) => self.line(&format!("alternatives {{ {} }}", expr(e))),
             Clause::Effects(effects, _) => self.block("effects ", |p| p.effects(effects)),
             Clause::Cost(e, _) => self.line(&format!("cost {{ {} }}", expr(e))),

@@ -51,6 +51,8 @@ impl<'a> View<'a> {
                 let slot = self.slot(&self.value(base, frame)?, *attribute)?;
                 self.values.get(slot.index()).cloned()
             }
+            // No domain compiles with one yet.
+            Expr::Request { .. } | Expr::Fact { .. } => None,
             Expr::Size(set) => match self.value(set, frame)? {
                 Value::Set(s) => Some(Value::Number(s.len() as f64)),
                 _ => None,

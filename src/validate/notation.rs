@@ -125,6 +125,7 @@ fn has_type(domain: &Domain, value: &Value, param: &Param) -> bool {
         Value::String(_) => param.base == Base::String,
         Value::Entity(e) => is_a(*e, param.base),
         Value::Set(s) => s.iter().all(|e| is_a(e, param.base)),
+        Value::Scalars(s) => s.iter().all(|v| has_type(domain, v, param)),
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use sgap::diag::render;
-use sgap::engine::{Call, Projection, Reasoner};
+use sgap::engine::{Call, Formula, Projection, Reasoner};
 use sgap::geom::Pose;
 use sgap::grp::{Fact, Grp, Settings};
 use sgap::ir::{Domain, Value};
@@ -172,7 +172,14 @@ impl Case {
             .iter()
             .map(|a| Value::Entity(self.domain.entity(a).unwrap()))
             .collect();
-        grp.project(&self.domain, &Call { name, args: &args })
+        grp.project(
+            &self.domain,
+            &Call {
+                name,
+                args: &args,
+                constraints: &Formula::TRUE,
+            },
+        )
     }
 
     /// Returns what a shared attribute of an entity says, as the language writes it.

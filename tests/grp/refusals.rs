@@ -1,6 +1,6 @@
 //! What can't be done says why.
 
-use sgap::engine::{Call, Reasoner};
+use sgap::engine::{Call, Formula, Reasoner};
 use sgap::ir::Value;
 use sgap::plan::{ActionRefusal, Cause};
 
@@ -52,6 +52,7 @@ fn calls_that_make_no_sense() {
     let call = Call {
         name: "pick",
         args: &args,
+        constraints: &Formula::TRUE,
     };
     let null = case.grp(0).project(&case.domain, &call).unwrap_err();
     assert_eq!(reason(&null), "NULL is not an entity");

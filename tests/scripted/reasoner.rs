@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use sgap::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
+use sgap::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use sgap::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use sgap::plan::ActionRefusal;
 
@@ -138,6 +138,10 @@ impl Reasoner for Scripted {
         let gas = GasNum(u32::try_from(self.gases.len()).unwrap());
         self.gases.push(Gas { call, state, world });
         self.solve(gas, 0)
+    }
+
+    fn request(&mut self, _: &Domain, _: &Request<'_>) -> Option<Value> {
+        None
     }
 
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {

@@ -134,14 +134,47 @@ impl<'p> Builder<'p> {
                 Item::Fact(Fact {
                     name: self.name(p.want()),
                     params: self.params(p.want()),
+                    body: p.next().map(|block| self.tests(block)),
                     span,
                 })
             }
+            Rule::request => {
+                let mut p = parts(pair);
+                Item::Request(Request {
+                    result: self.name(p.want()),
+                    name: self.name(p.want()),
+                    params: self.params(p.want()),
+                    span,
+                })
+            }
+            Rule::settings => {
+                let settings = parts(pair).map(|s| self.setting(s)).collect();
+                Item::Settings(Settings { settings, span })
+            }
             Rule::time_part => Item::TimePart(span),
-            Rule::import => Item::Import(span),
+            Rule::import => {
+                let path = parts(pair).want();
+                Item::Import(Import {
+                    path: unescaped(path.as_str()),
+                    path_span: self.span(&path),
+                    span,
+                })
+            }
             other => unreachable!("builder: {other:?} is no item"),
         };
         items.push(item);
+    }
+
+    fn setting(&mut self, pair: Pair<'_, Rule>) -> Setting {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        let name = self.name(p.want());
+        p.take_if(Rule::assign);
+        Setting {
+            name,
+            value: self.expr(p.want()),
+            span,
+        }
     }
 
     fn attribute(&mut self, pair: Pair<'_, Rule>) -> Attribute {
@@ -184,7 +217,7 @@ impl<'p> Builder<'p> {
         match rule {
             Rule::preconditions => Clause::Preconditions(self.tests(p.want()), span),
             Rule::projects => Clause::Projects(self.call(p.want()), span),
-            Rule::constraints => Clause::Constraints(span),
+            Rule::constraints => Clause::Constraints(self.tests(p.want()), span),
             Rule::alternatives => Clause::Alternatives(self.expr(p.want()), span),
             Rule::effects => Clause::Effects(self.effects(p.want()), span),
             Rule::cost => Clause::Cost(self.expr(p.want()), span),

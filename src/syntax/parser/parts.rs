@@ -60,6 +60,8 @@ fn is_fixed(rule: Rule) -> bool {
             | Rule::kw_entity_type
             | Rule::kw_entity_attributes
             | Rule::kw_fact
+            | Rule::kw_request
+            | Rule::kw_settings
             | Rule::kw_new
             | Rule::kw_action
             | Rule::kw_method
