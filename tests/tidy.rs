@@ -103,6 +103,8 @@ const CRATES: &[(&str, &str)] = &[
     ("clap", "src/cli/"),
     ("ctrlc", "src/cli/"),
     ("tempfile", "src/cli/"),
+    ("lsp_server", "src/lsp/"),
+    ("lsp_types", "src/lsp/"),
 ];
 
 /// No file of `src` has more lines.

@@ -3,6 +3,7 @@
 mod check;
 mod disk;
 mod facts;
+mod lsp;
 mod output;
 mod plan;
 mod progress;
@@ -75,6 +76,9 @@ enum Command {
     #[command(after_help = "Example:
   sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html")]
     View(view::Options),
+    /// Answer an editor over the Language Server Protocol, on the standard input and output
+    #[command(after_help = "An editor starts it: see docs/editors.md.")]
+    Lsp(lsp::Options),
 }
 
 /// A domain and a world.
@@ -142,6 +146,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Check(options) => check::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Lsp(options) => lsp::run(options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
