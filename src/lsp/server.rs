@@ -390,3 +390,118 @@ fn capabilities() -> ServerCapabilities {
         ..ServerCapabilities::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lsp_types::{Position, Range};
+    use proptest::prelude::*;
+    use serde_json::{Value, json};
+
+    const DOMAIN: &str = include_str!("../../tests/lsp/small.hatp");
+    const URI: &str = "file:///a.hatp";
+
+    fn ask(server: &mut Server, method: &str, params: Value) -> Response {
+        let request = Request::new(1.into(), method.into(), params);
+        match server.message(Message::Request(request)) {
+            Some(Message::Response(response)) => response,
+            other => panic!("{method}: {other:?}"),
+        }
+    }
+
+    fn tell(server: &mut Server, method: &str, params: Value) {
+        assert!(
+            server
+                .message(Message::Notification(Notification::new(method.into(), params)))
+                .is_none()
+        );
+    }
+
+    fn opened(text: &str) -> Server {
+        let mut server = Server::default();
+        ask(&mut server, "initialize", json!({ "capabilities": {} }));
+        let document = json!({ "uri": URI, "languageId": "hatp", "version": 1, "text": text });
+        tell(&mut server, "textDocument/didOpen", json!({ "textDocument": document }));
+        server
+    }
+
+    /// A place in the document or beside it.
+    fn position() -> impl Strategy<Value = Position> {
+        prop_oneof![
+            9 => (0..50_u32, 0..60_u32).prop_map(|(line, character)| Position::new(line, character)),
+            1 => Just(Position::new(u32::MAX, u32::MAX)),
+        ]
+    }
+
+    /// What is put in place of a range: pieces of the language, marks of all sorts, nothing.
+    fn piece() -> impl Strategy<Value = String> {
+        let words: Vec<String> = DOMAIN
+            .split_inclusive([' ', ';', '.', '(', '{'])
+            .map(str::to_owned)
+            .collect();
+        let marks = "{ } ( ) [ ] ; . , : = == >> <<= =>> \" // /* */ 𝄞 é \r\n \r \u{FEFF} NULL SELECT(Cup,{ let 1: action method";
+        let marks: Vec<String> = marks.split(' ').map(str::to_owned).collect();
+        prop_oneof![
+            prop::sample::select(words),
+            prop::sample::select(marks),
+            Just(String::new()),
+            Just("\n".to_owned()),
+        ]
+    }
+
+    const QUESTIONS: [&str; 9] = [
+        "textDocument/hover",
+        "textDocument/definition",
+        "textDocument/references",
+        "textDocument/documentHighlight",
+        "textDocument/prepareRename",
+        "textDocument/rename",
+        "textDocument/completion",
+        "textDocument/documentSymbol",
+        "textDocument/codeAction",
+    ];
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+        #[test]
+        fn any_edits_leave_the_server_alive(
+            edits in prop::collection::vec((position(), position(), piece(), position()), 1..10)
+        ) {
+            let mut server = opened(DOMAIN);
+            for (i, (start, end, text, asked)) in edits.into_iter().enumerate() {
+                // Most edits are as short as typing is; some begin behind their end.
+                let end = if i % 4 == 3 { end } else { Position::new(start.line, start.character.saturating_add(i as u32)) };
+                let document = json!({ "uri": URI, "version": i });
+                let change = json!([{ "range": Range::new(start, end), "text": text }]);
+                tell(&mut server, "textDocument/didChange", json!({ "textDocument": document, "contentChanges": change }));
+                for message in server.publish() {
+                    let Message::Notification(told) = message else { panic!("{message:?}") };
+                    let params: PublishDiagnosticsParams = serde_json::from_value(told.params).expect("diagnostics");
+                    for diagnostic in params.diagnostics {
+                        prop_assert!(diagnostic.range.start <= diagnostic.range.end);
+                    }
+                }
+                for method in QUESTIONS {
+                    let answer = ask(&mut server, method, json!({
+                        "textDocument": { "uri": URI },
+                        "position": asked,
+                        "range": Range::new(start, asked),
+                        "newName": "X",
+                        "context": { "includeDeclaration": true, "diagnostics": [], "triggerKind": 1 },
+                    }));
+                    let code = answer.error.map(|e| e.code);
+                    prop_assert!([None, Some(ErrorCode::RequestFailed as i32)].contains(&code), "{method}: {code:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_large_document_is_answered_and_not_looked_into() {
+        let mut server = opened(&"/".repeat(LARGEST + 1));
+        assert_eq!(server.publish().len(), 1);
+        let place = json!({ "textDocument": { "uri": URI }, "position": { "line": 0, "character": 5 } });
+        assert!(ask(&mut server, "textDocument/hover", place.clone()).error.is_none());
+        assert!(ask(&mut server, "textDocument/completion", place).error.is_none());
+    }
+}

@@ -128,7 +128,11 @@ impl Client {
     pub fn ask_at(&mut self, method: &str, position: &Value) -> Result<Value, Value> {
         self.ask(
             method,
-            json!({ "textDocument": { "uri": URI }, "position": position, "context": { "includeDeclaration": true } }),
+            json!({
+                "textDocument": { "uri": URI },
+                "position": position,
+                "context": { "includeDeclaration": true, "triggerKind": 1 },
+            }),
         )
     }
 

@@ -94,7 +94,7 @@ fn beside_a_syntax_error_other_errors_are_told_and_names_are_known() {
             .contains("action Pick(Agent A, Object O)")
     );
     let hover = client
-        .ask_at("textDocument/hover", &nth(&text, "A >> O.isReachable", 0, 5))
+        .ask_at("textDocument/hover", &nth(&text, "A >> O.isReachable", 0, 7))
         .unwrap();
     assert!(
         hover["contents"]["value"]
