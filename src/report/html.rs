@@ -5,7 +5,7 @@
 //! computed in the page (`page/kinematics.js`, `page/timeline.js`), so that the file stays small.
 //!
 //! Not here: no check that the plan fits the world (`validate` does that; the page only names what it can't find), no
-//! meshes, no decomposition tree.
+//! meshes.
 
 use serde::Serialize;
 
@@ -19,11 +19,14 @@ use crate::world::{Agent, AgentKind, Object, Scene, State};
 const TEMPLATE: &str = include_str!("page/template.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In this order; they share one scope.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("page/kinematics.js"),
     include_str!("page/timeline.js"),
     include_str!("page/scene3d.js"),
     include_str!("page/stage.js"),
+    include_str!("page/streams.js"),
+    include_str!("page/tree.js"),
+    include_str!("page/details.js"),
     include_str!("page/page.js"),
 ];
 /// three.js, bundled and gzipped; `docs/view.md` tells how it is made.
