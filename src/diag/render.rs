@@ -12,7 +12,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnost
 use excerpt::{CONTEXT, Excerpt};
 
 use super::{Label, Problem, Problems, Severity};
-use crate::source::{FileId, Sources, Span};
+use crate::source::{FileId, Sources, Span, line_column};
 
 /// Width of a report [columns].
 const WIDTH: usize = 100;
@@ -99,18 +99,6 @@ fn fitted(text: &str, most: usize) -> Cow<'_, str> {
     let head = text.chars().take(most / 2).map(shown);
     let tail = text.chars().skip(n - most / 2).map(shown);
     head.chain([' ', '…', ' ']).chain(tail).collect()
-}
-
-/// Returns line and column of a byte position, both from 1.
-fn line_column(text: &str, at: usize) -> (usize, usize) {
-    let mut at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    let before = &text[..at];
-    let start = before.rfind('\n').map_or(0, |i| i + 1);
-    let line = before.matches('\n').count() + 1;
-    (line, before[start..].trim_start_matches('\u{FEFF}').chars().count() + 1)
 }
 
 /// A problem as miette wants it.
