@@ -63,7 +63,7 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
     out
 }
 
-/// Returns `file:line:column: severity: code: message` for each problem; columns count characters from 1.
+/// Returns `file:line:column: severity[code]: message (help)` for each problem; columns count characters from 1.
 pub fn render_concise(problems: &Problems, sources: &Sources) -> String {
     problems.0.iter().map(|p| concise(p, sources)).collect()
 }
@@ -77,12 +77,13 @@ fn concise(problem: &Problem, sources: &Sources) -> String {
         }
         None => String::new(),
     };
-    let severity = match problem.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-    };
-    let message = fitted(&problem.message, MAX_MESSAGE);
-    format!("{place}{severity}: {}: {message}\n", problem.code)
+    // One line for each problem, whatever the user's names hold.
+    let on_one_line = |text: &str, most| fitted(text, most).replace('\n', " ");
+    let help = problem.help.as_deref().map(|help| on_one_line(help, MAX_HELP));
+    let help = help.map_or_else(String::new, |help| format!(" ({help})"));
+    let severity = super::json::word(problem.severity);
+    let message = on_one_line(&problem.message, MAX_MESSAGE);
+    format!("{place}{severity}[{}]: {message}{help}\n", problem.code)
 }
 
 /// Returns the text for a terminal: without control characters, and without its middle if it is too long.
@@ -243,7 +244,7 @@ mod tests {
         }
         assert_eq!(
             render_concise(&problems, &sources),
-            "a.hatp:2:1: error: hatp::x: wrong `B`\n"
+            "a.hatp:2:1: error[hatp::x]: wrong `B` (do better)\n"
         );
     }
 
