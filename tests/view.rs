@@ -11,7 +11,7 @@ mod browser;
 mod small_world;
 
 use serde_json::{Value, json};
-use sgap::{geom::Pose, plan::PoseDocument, report::html};
+use sgap::{geom::Pose, plan::PoseDocument, report::html, world::World};
 
 use browser::{Graphics, open};
 use small_world::{FOREARM, RIGHT_FINGER, box_pose, link_poses, pick_and_place, placed_box, small_world};
@@ -229,6 +229,25 @@ fn a_world_alone_has_no_player() {
     assert_eq!(report.value["player"], false);
     assert_eq!(report.value["list"], json!(["ARM", "TABLE", "BOX"]));
     assert_same(&report.value["box"], &start.objects[1].X_WO, "box");
+}
+
+#[test]
+fn a_plan_on_symbols_alone_has_lanes_and_no_picture() {
+    let World { scene, start, .. } = World::empty();
+    let mut plan = pick_and_place();
+    plan.actions.iter_mut().for_each(|action| action.geometry = None);
+    let page = html::page(&scene, &start, Some(&plan), "symbols");
+    assert_eq!(data(&page, "three-data"), "");
+    let script = r##"
+        document.querySelectorAll(".bar")[1].click();
+        return { picture: !document.getElementById("view").hidden, message: document.getElementById("message").textContent,
+                 duration: sgap.duration, current: document.querySelector("#list [aria-current] .what").textContent };"##;
+    let Some(report) = open(&page, "", Graphics::Software, script) else {
+        return;
+    };
+    assert_eq!(report.complaints, [""; 0]);
+    let expected = json!({ "picture": false, "message": "", "duration": 4.5, "current": "Place(ARM, BOX, TABLE)" });
+    assert_eq!(report.value, expected);
 }
 
 #[test]

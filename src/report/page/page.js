@@ -29,7 +29,7 @@ async function loadThree() {
   return globalThis.THREE;
 }
 
-/** Returns {scene3d, names, renderer, draw, requestDraw}: the picture. There is no renderer where there is no WebGL. */
+/** Returns {scene3d, requestDraw}: the picture. There is no renderer where there is no WebGL. */
 function buildView(THREE, scene) {
   const scene3d = buildScene3d(THREE, scene);
   scene3d.setWorld(worldAt(scene, buildTimeline(scene, null), 0));
@@ -285,8 +285,12 @@ async function main() {
   const plan = JSON.parse(byId("plan-data").textContent);
   const timeline = buildTimeline(scene, plan);
   const { duration } = timeline;
-  const THREE = await loadThree();
-  const { scene3d, requestDraw } = buildView(THREE, scene);
+  // A plan on symbols alone has no scene: then the lanes are the picture.
+  const isFlat = scene.agents.length + scene.objects.length === 0;
+  document.body.classList.toggle("flat", isFlat);
+  byId("view").hidden = isFlat;
+  const THREE = isFlat ? null : await loadThree();
+  const view = isFlat ? null : buildView(THREE, scene);
 
   // The buttons of each action: in the list, in the tree, in the lanes.
   let buttonsOf = [];
@@ -294,11 +298,11 @@ async function main() {
   let chosen = null;
   let pathOf = null;
   const showPath = (action) => {
-    if (action !== pathOf) scene3d.setPath(action ? toolPath(scene, timeline, action) : []);
+    if (action !== pathOf) view?.scene3d.setPath(action ? toolPath(scene, timeline, action) : []);
     pathOf = action;
   };
   const clock = buildClock(duration, (t) => {
-    scene3d.setWorld(worldAt(scene, timeline, t));
+    view?.scene3d.setWorld(worldAt(scene, timeline, t));
     if (plan) {
       const current = showActions(plan, timeline, t, buttonsOf, showPath);
       streams?.setTime(t);
@@ -306,7 +310,7 @@ async function main() {
       if (!current.includes(chosen)) chosen = current[0] ?? chosen;
       showDetails(plan, chosen);
     }
-    requestDraw();
+    view?.requestDraw();
   });
   const seek = (t) => {
     clock.setPlaying(false);
@@ -330,9 +334,9 @@ async function main() {
     connectPlayer(clock, duration, seek);
   } else {
     listEntities(scene);
-    requestDraw();
+    view?.requestDraw();
   }
-  globalThis.sgap = inspector(THREE, scene, scene3d, duration, seek);
+  globalThis.sgap = inspector(THREE, scene, view?.scene3d, duration, seek);
   dispatchEvent(new Event("sgap-ready"));
 }
 
