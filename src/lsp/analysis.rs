@@ -1,5 +1,6 @@
 //! What is known of one open document: what it says, its names, what is wrong with it.
 
+use super::comment::comment_of;
 use super::index::{Index, PRELUDE};
 use super::mend::{Reading, read};
 use crate::check::{self, Given, PRELUDE_TEXT};
@@ -43,7 +44,7 @@ impl Analysis {
         } else {
             text
         };
-        syntax::doc_of(text, declaration)
+        comment_of(text, declaration)
     }
 }
 

@@ -9,6 +9,7 @@
 //! change costs one reading of the file, whatever was typed meanwhile.
 
 mod analysis;
+mod comment;
 mod completion;
 mod diagnostics;
 mod document;

@@ -1,14 +1,19 @@
-//! The comment that belongs to a declaration.
+//! The comment that stands with a declaration, for hover.
+//!
+//! The reference takes doc comments alone ([`doc_comment`]). An editor shows whatever the author wrote there: older files have
+//! no other comments.
 
-use super::layout::layout;
-use crate::source::Span;
+use crate::source::{Span, doc_comment};
+use crate::syntax::layout::layout;
 
-/// Returns the text of the comment lines right above `declaration`, or of the comment behind it on its last line.
+/// Returns the doc comment of `declaration`; else the text of the comment lines right above it; else of the comment behind it on its last line.
 ///
-/// `//`, `///` and a `/* */` of its own lines count alike. A line of dashes is a heading and belongs to nothing; so does a comment with
-/// an empty line below it.
-pub fn doc_of(text: &str, declaration: Span) -> Option<String> {
+/// A line of dashes is a heading and belongs to nothing; so does a comment with an empty line below it.
+pub(super) fn comment_of(text: &str, declaration: Span) -> Option<String> {
     let start = declaration.start as usize;
+    if let Some(doc) = doc_comment(text, start) {
+        return Some(doc);
+    }
     let line_start = text.get(..start)?.rfind('\n').map_or(0, |i| i + 1);
     // Something else on the same line before it: then what stands above belongs to that.
     let alone = text.get(line_start..start)?.trim().is_empty();
@@ -51,7 +56,7 @@ mod tests {
 
     fn doc(text: &str, declaration: &str) -> Option<String> {
         let start = text.find(declaration).expect("it is there");
-        doc_of(text, Span::new(FileId(0), start, start + declaration.len()))
+        comment_of(text, Span::new(FileId(0), start, start + declaration.len()))
     }
 
     #[test]
