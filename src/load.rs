@@ -2,7 +2,7 @@
 
 mod domain;
 
-use domain::DomainFiles;
+pub use domain::{DomainFiles, read as domain_files};
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};

@@ -5,6 +5,8 @@
 mod client;
 #[path = "lsp/editors.rs"]
 mod editors;
+#[path = "lsp/files.rs"]
+mod files;
 #[path = "lsp/names.rs"]
 mod names;
 #[path = "lsp/protocol.rs"]

@@ -111,7 +111,11 @@ fn load_domain(path: &Path) -> datatest_stable::Result<(Option<ir::Domain>, Stri
         ..Default::default()
     };
     let (domain, problems) = sgap::load::check_domain(&paths, &mut sources, &planning::Disk);
-    Ok((domain, show(&problems.clone().sorted(), &sources), problems.0.is_empty()))
+    Ok((
+        domain,
+        show(&problems.clone().sorted(), &sources),
+        problems.0.is_empty(),
+    ))
 }
 
 fn load_ok(path: &Path) -> Outcome {

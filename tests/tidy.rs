@@ -28,6 +28,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("syntax", ALL),
             ("check", ALL),
             ("ir", ALL),
+            ("load", &["domain_files"]),
         ],
     ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::code;
+use super::disk::Disk;
 use super::output::{Failure, say};
 
 /// How to talk.
@@ -16,7 +17,7 @@ pub(super) struct Options {
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     // There is no other way.
     let Options { stdio: _ } = options;
-    match sgap::lsp::serve_stdio() {
+    match sgap::lsp::serve_stdio(&Disk) {
         Ok(true) => Ok(()),
         // The protocol: an `exit` without `shutdown` is no good end, and neither is an editor that went away.
         Ok(false) => Err(Failure::Code(code::PROBLEMS)),

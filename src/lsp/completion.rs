@@ -34,7 +34,6 @@ pub(super) fn completion(
         return Vec::new();
     };
     let mut offer = Offer {
-        text: &document.text,
         analysis,
         snippets,
         items: Vec::new(),
@@ -61,7 +60,6 @@ const CLAUSES: [&str; 7] = [
 const TASK_ITEMS: [&str; 5] = ["action", "method", "function", "fact", "settings"];
 
 struct Offer<'a> {
-    text: &'a str,
     analysis: &'a Analysis,
     snippets: bool,
     items: Vec<CompletionItem>,
@@ -253,7 +251,7 @@ impl<'a> Offer<'a> {
             Kind::Label => CompletionItemKind::REFERENCE,
         };
         let mut item = plain(&symbol.name, kind, &symbol.head);
-        item.documentation = doc(self.text, self.analysis, symbol).map(markdown);
+        item.documentation = doc(self.analysis, symbol).map(markdown);
         if self.snippets && kind == CompletionItemKind::FUNCTION {
             let holes = symbol.params.iter().enumerate();
             let holes: Vec<String> = holes.map(|(i, p)| format!("${{{}:{p}}}", i + 1)).collect();

@@ -1,5 +1,6 @@
 //! One open document: its text as the editor has it, and what is known of it.
 
+use std::cell::OnceCell;
 use std::rc::Rc;
 
 use lsp_types::TextDocumentContentChangeEvent;
@@ -13,21 +14,25 @@ pub(super) const LARGEST: usize = 8 << 20;
 /// An open document.
 #[derive(Debug)]
 pub(super) struct Document {
+    /// Of its file; a document that was never saved has its address here, which no file has.
+    pub path: String,
     pub text: String,
     pub lines: Lines,
     /// The editor's number of this state.
     pub version: i32,
-    analysis: Option<Rc<Analysis>>,
+    /// What is known of the text as it is now.
+    pub analysis: OnceCell<Rc<Analysis>>,
 }
 
 impl Document {
-    pub(super) fn new(text: String, version: i32) -> Self {
+    pub(super) fn new(path: String, text: String, version: i32) -> Self {
         let lines = Lines::of(&text);
         Document {
+            path,
             text,
             lines,
             version,
-            analysis: None,
+            analysis: OnceCell::new(),
         }
     }
 
@@ -45,17 +50,10 @@ impl Document {
             self.lines = Lines::of(&self.text);
         }
         self.version = version;
-        self.analysis = None;
+        self.analysis = OnceCell::new();
     }
 
     pub(super) fn is_too_large(&self) -> bool {
         self.text.len() > LARGEST
-    }
-
-    /// Returns what is known of the text as it is now; of one that is too large, as if it were empty.
-    pub(super) fn analysis(&mut self) -> Rc<Analysis> {
-        let text = if self.is_too_large() { "" } else { self.text.as_str() };
-        let analysis = self.analysis.get_or_insert_with(|| Rc::new(Analysis::of(text)));
-        Rc::clone(analysis)
     }
 }

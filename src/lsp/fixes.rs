@@ -2,7 +2,7 @@
 
 use lsp_types::{CodeAction, CodeActionKind, Range, TextEdit, Uri, WorkspaceEdit};
 
-use super::analysis::{Analysis, DOCUMENT};
+use super::analysis::Analysis;
 use super::diagnostics::proposed;
 use super::document::Document;
 use crate::diag::Problem;
@@ -20,7 +20,7 @@ pub(super) fn fixes(
     let problems = analysis.problems.0.iter().filter(is_name);
     let fix = |problem: &Problem| -> Option<CodeAction> {
         let name = proposed(problem)?;
-        let span = problem.primary.as_ref().filter(|l| l.span.file == DOCUMENT)?.span;
+        let span = problem.primary.as_ref().filter(|l| l.span.file == analysis.file)?.span;
         let place = document.lines.range(&document.text, span);
         if place.end < range.start || range.end < place.start {
             return None;

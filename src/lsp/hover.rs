@@ -12,12 +12,9 @@ use crate::syntax::layout::layout;
 /// Returns what stands at a position.
 pub(super) fn hover(document: &Document, analysis: &Analysis, position: Position) -> Option<Hover> {
     let at = document.lines.offset(&document.text, position);
-    let (span, text) = match analysis.index.at(at) {
-        Some(found) => (
-            found.span,
-            described(&document.text, analysis, analysis.index.get(found.symbol)),
-        ),
-        None => word_at(&document.text, at)?,
+    let (span, text) = match analysis.index.at(analysis.file, at) {
+        Some(found) => (found.span, described(analysis, analysis.index.get(found.symbol))),
+        None => word_at(analysis, &document.text, at)?,
     };
     Some(Hover {
         contents: HoverContents::Markup(MarkupContent {
@@ -29,17 +26,17 @@ pub(super) fn hover(document: &Document, analysis: &Analysis, position: Position
 }
 
 /// Returns the keyword at a byte and its meaning.
-fn word_at(text: &str, at: usize) -> Option<(Span, String)> {
+fn word_at(analysis: &Analysis, text: &str, at: usize) -> Option<(Span, String)> {
     let layout = layout(text);
     let after = layout.tokens.partition_point(|t| t.0 <= at);
     let (start, end) = *layout.tokens.get(after.checked_sub(1)?)?;
     let found = keyword(text.get(start..end)?).filter(|_| at <= end)?;
-    let span = Span::new(super::analysis::DOCUMENT, start, end);
+    let span = Span::new(analysis.file, start, end);
     Some((span, format!("```hatp\n{}\n```\n\n{}", found.form, found.meaning)))
 }
 
 /// Returns a symbol's declaration, what it belongs to, and its comment, as Markdown.
-pub(super) fn described(text: &str, analysis: &Analysis, symbol: &Symbol) -> String {
+pub(super) fn described(analysis: &Analysis, symbol: &Symbol) -> String {
     let index = &analysis.index;
     let mut out = format!("```hatp\n{}\n```", symbol.head);
     let owner = symbol.owner.map(|o| index.get(o));
@@ -57,7 +54,7 @@ pub(super) fn described(text: &str, analysis: &Analysis, symbol: &Symbol) -> Str
     }
     out.push_str("\n\n");
     out.push_str(&line);
-    if let Some(doc) = doc(text, analysis, symbol) {
+    if let Some(doc) = doc(analysis, symbol) {
         out.push_str("\n\n---\n\n");
         out.push_str(&doc);
     }
@@ -65,14 +62,12 @@ pub(super) fn described(text: &str, analysis: &Analysis, symbol: &Symbol) -> Str
 }
 
 /// Returns the comment of a symbol's declaration. Parameters and labels stand within a line and have none of their own.
-pub(super) fn doc(text: &str, analysis: &Analysis, symbol: &Symbol) -> Option<String> {
+pub(super) fn doc(analysis: &Analysis, symbol: &Symbol) -> Option<String> {
     if matches!(symbol.kind, Kind::Parameter | Kind::Label) {
         return None;
     }
     if symbol.name == "Agent" && symbol.declared.is_none() {
         return Some("Robots and humans. Always there, never declared.".into());
     }
-    let whole = symbol.declared?.whole;
-    // Behind a task's last line stands nothing about the task.
-    analysis.doc(text, whole)
+    analysis.comment(symbol.declared?.whole)
 }

@@ -121,7 +121,7 @@ pub(super) struct Occurrence {
 #[derive(Debug, Default)]
 pub(super) struct Index {
     symbols: Vec<Symbol>,
-    /// Of the document alone, sorted by place.
+    /// Of all files but the prelude, sorted by place.
     occurrences: Vec<Occurrence>,
     /// Steps of paths whose attribute is not known.
     pub unresolved_steps: Vec<ast::Name>,
@@ -138,10 +138,14 @@ pub(super) struct Index {
 }
 
 impl Index {
-    /// Returns the names of `file` and of the prelude.
-    pub(super) fn of(prelude: &ast::File, file: &ast::File) -> Self {
+    /// Returns the names of `files` and of the prelude.
+    pub(super) fn of(prelude: &ast::File, files: &[ast::File]) -> Self {
         let mut index = Index::default();
-        let items: Vec<&ast::Item> = prelude.items.iter().chain(&file.items).collect();
+        let items: Vec<&ast::Item> = prelude
+            .items
+            .iter()
+            .chain(files.iter().flat_map(|f| &f.items))
+            .collect();
         declare::declare(&mut index, &items);
         resolve::resolve(&mut index, &items);
         index.occurrences.retain(|o| o.span.file != PRELUDE);
@@ -155,14 +159,15 @@ impl Index {
         &self.symbols[id.0]
     }
 
-    /// Returns what stands at a byte of the document; the place right behind a name belongs to it.
-    pub(super) fn at(&self, at: usize) -> Option<Occurrence> {
-        let after = self.occurrences.partition_point(|o| o.span.start as usize <= at);
+    /// Returns what stands at a byte of a file; the place right behind a name belongs to it.
+    pub(super) fn at(&self, file: FileId, at: usize) -> Option<Occurrence> {
+        let is_before = |o: &Occurrence| (o.span.file, o.span.start as usize) <= (file, at);
+        let after = self.occurrences.partition_point(is_before);
         let found = after.checked_sub(1).and_then(|i| self.occurrences.get(i))?;
-        (at <= found.span.end as usize).then_some(*found)
+        (found.span.file == file && at <= found.span.end as usize).then_some(*found)
     }
 
-    /// Returns every place of the document where the symbol stands, in order.
+    /// Returns every place where the symbol stands, in order.
     pub(super) fn places(&self, symbol: SymbolId) -> impl Iterator<Item = &Occurrence> {
         self.occurrences.iter().filter(move |o| o.symbol == symbol)
     }

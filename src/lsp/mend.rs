@@ -15,46 +15,25 @@ const MAX_ROUNDS: usize = 6;
 /// Longer files are not mended [tokens]. HEURISTIC: reading one takes a tenth of a second in a debug build.
 const MAX_TOKENS: usize = 40_000;
 
-/// What a text says, as far as it could be read.
-#[derive(Debug)]
-pub(super) struct Reading {
-    pub ast: ast::File,
-    /// Those of the text as it is.
-    pub problems: Problems,
-}
-
-impl Reading {
-    /// Says whether parts of the file are missing in the AST.
-    pub(super) fn is_broken(&self) -> bool {
-        self.problems.has_errors()
+/// Returns what a text with syntax errors says, as far as it can be known; `ast` is what the parser could read of it.
+pub(super) fn mended(file: FileId, text: &str, mut ast: ast::File) -> ast::File {
+    if layout(text).tokens.len() > MAX_TOKENS {
+        return ast;
     }
-}
-
-/// Reads the text.
-pub(super) fn read(file: FileId, text: &str) -> Reading {
-    let (ast, problems) = syntax::parse(file, text);
-    let mut reading = Reading { ast, problems };
-    if !reading.problems.has_errors() || layout(text).tokens.len() > MAX_TOKENS {
-        return reading;
-    }
-    let mut mended = text.to_owned();
-    let mut faults = reading.problems.clone();
+    let mut text = text.to_owned();
     for _ in 0..MAX_ROUNDS {
-        let Some(next) = without_faults(&mended, &faults) else {
-            break;
-        };
-        let (ast, problems) = syntax::parse(file, &next);
+        let (read, faults) = syntax::parse(file, &text);
         // Blanking the wrong thing loses items; then what was read before is better.
-        if ast.items.len() < reading.ast.items.len() {
+        if read.items.len() < ast.items.len() {
             break;
         }
-        reading.ast = ast;
-        if !problems.has_errors() {
-            break;
+        ast = read;
+        match without_faults(&text, &faults) {
+            Some(next) if faults.has_errors() => text = next,
+            _ => break,
         }
-        (mended, faults) = (next, problems);
     }
-    reading
+    ast
 }
 
 /// Returns the text with the statement of every syntax error blanked; `None` if there is nothing to blank.
@@ -178,11 +157,13 @@ mod tests {
     const FILE: FileId = FileId(0);
 
     /// Returns the domain read with `broken` in place of a statement of an action's tests.
-    fn read_with(broken: &str) -> Reading {
+    fn read_with(broken: &str) -> ast::File {
         let text = format!(
             "HTN {{ action Go(Agent A, Agent B) {{ preconditions {{ A != B; {broken}\n }}; effects {{ A.x = B; }}; }} method M(Agent A) {{ }} }}"
         );
-        read(FILE, &text)
+        let (ast, problems) = syntax::parse(FILE, &text);
+        assert!(problems.has_errors(), "{broken}");
+        mended(FILE, &text, ast)
     }
 
     #[test]
@@ -197,10 +178,8 @@ mod tests {
             "OR{ A == }{ B == A; };",
             "] é",
         ] {
-            let reading = read_with(broken);
-            assert!(reading.is_broken(), "{broken}");
-            let names: Vec<&str> = reading
-                .ast
+            let ast = read_with(broken);
+            let names: Vec<&str> = ast
                 .items
                 .iter()
                 .filter_map(|item| match item {
@@ -215,9 +194,9 @@ mod tests {
 
     #[test]
     fn other_clauses_stay() {
-        let reading = read_with("A.x == ");
-        let Some(Item::Action(action)) = reading.ast.items.first() else {
-            panic!("{reading:?}")
+        let ast = read_with("A.x == ");
+        let Some(Item::Action(action)) = ast.items.first() else {
+            panic!("{ast:?}")
         };
         assert!(
             matches!(action.clauses.as_slice(), [Clause::Preconditions(tests, _), Clause::Effects(effects, _)]

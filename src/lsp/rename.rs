@@ -1,7 +1,7 @@
 //! A new name for something, everywhere in the document.
 //!
 //! The new text is analysed before anything is changed: every name must mean what it meant, and the checker must find no more errors.
-//! What a world file says about the name is not changed, since it is not read.
+//! What a world file says about the name is not changed, since it is not read; nor are files that import this one.
 
 use std::collections::BTreeMap;
 
@@ -11,6 +11,7 @@ use super::analysis::Analysis;
 use super::document::Document;
 use super::index::{Index, Kind, Occurrence, SymbolId};
 use crate::diag::{Problem, Severity};
+use crate::source::Files;
 
 /// Returns the place of the name at a position if it can get another, or why not.
 pub(super) fn prepare(document: &Document, analysis: &Analysis, position: Position) -> Result<Range, String> {
@@ -24,6 +25,7 @@ pub(super) fn rename(
     analysis: &Analysis,
     position: Position,
     new: &str,
+    files: &dyn Files,
 ) -> Result<Vec<TextEdit>, String> {
     let found = renamable(document, analysis, position)?;
     let symbol = analysis.index.get(found.symbol);
@@ -38,11 +40,11 @@ pub(super) fn rename(
         .index
         .unresolved_steps
         .iter()
-        .find(|s| symbol.kind == Kind::Attribute && s.text == symbol.name)
+        .find(|s| symbol.kind == Kind::Attribute && s.text == symbol.name && s.span.file == analysis.file)
     {
         let line = document.lines.position(&document.text, step.span.start as usize).line;
         return Err(format!(
-            "which attribute `.{}` in line {} is can't be known without the world file",
+            "without the world file it is not known which attribute `.{}` in line {} is",
             step.text,
             line + 1
         ));
@@ -52,19 +54,44 @@ pub(super) fn rename(
     for place in places.iter().rev() {
         text.replace_range(place.span.range(), new);
     }
-    judge(analysis, &Analysis::of(&text), new)?;
+    let changed = Changed {
+        path: &document.path,
+        text: &text,
+        files,
+    };
+    judge(analysis, &Analysis::of(&document.path, &changed), new)?;
     let edit = |o: &&Occurrence| TextEdit::new(document.lines.range(&document.text, o.span), new.to_owned());
     Ok(places.iter().map(edit).collect())
 }
 
+/// The files as they are, but for one.
+struct Changed<'a> {
+    path: &'a str,
+    text: &'a str,
+    files: &'a dyn Files,
+}
+
+impl Files for Changed<'_> {
+    fn read(&self, path: &str) -> Result<String, String> {
+        if path == self.path {
+            return Ok(self.text.to_owned());
+        }
+        self.files.read(path)
+    }
+
+    fn list(&self, folder: &str) -> Vec<String> {
+        self.files.list(folder)
+    }
+}
+
 fn renamable(document: &Document, analysis: &Analysis, position: Position) -> Result<Occurrence, String> {
-    if analysis.is_broken {
+    if analysis.has_syntax_errors {
         return Err("the file has syntax errors: not every place of the name can be found".into());
     }
     let at = document.lines.offset(&document.text, position);
     let found = analysis
         .index
-        .at(at)
+        .at(analysis.file, at)
         .ok_or("there is no name here that could be changed")?;
     let symbol = analysis.index.get(found.symbol);
     if symbol.is_builtin() {
@@ -73,12 +100,20 @@ fn renamable(document: &Document, analysis: &Analysis, position: Position) -> Re
     if symbol.declared.is_none() {
         return Err(format!("`{}` is not declared in this file", symbol.name));
     }
+    let is_elsewhere = |o: &&Occurrence| o.span.file != analysis.file;
+    if let Some(other) = analysis.index.places(found.symbol).find(is_elsewhere) {
+        let path = &analysis.sources.get(other.span.file).path;
+        return Err(format!(
+            "`{}` stands in `{path}`, too, which is not changed from here",
+            symbol.name
+        ));
+    }
     Ok(found)
 }
 
 /// Says why the text with the new name does not mean the same.
 fn judge(before: &Analysis, after: &Analysis, new: &str) -> Result<(), String> {
-    if after.is_broken {
+    if after.has_syntax_errors {
         return Err(format!("`{new}` is a word of the language"));
     }
     if bindings(&before.index) != bindings(&after.index) {

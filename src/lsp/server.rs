@@ -6,11 +6,12 @@ use std::rc::Rc;
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as Kind, PublishDiagnostics,
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument, Notification as Kind,
+    PublishDiagnostics,
 };
 use lsp_types::request::{
-    CodeActionRequest, Completion, DocumentHighlightRequest, DocumentSymbolRequest, GotoDefinition, HoverRequest,
-    Initialize, PrepareRenameRequest, References, Rename, Request as Method, Shutdown,
+    CodeActionRequest, Completion, DocumentHighlightRequest, DocumentSymbolRequest, Formatting, GotoDefinition,
+    HoverRequest, Initialize, PrepareRenameRequest, References, Rename, Request as Method, Shutdown,
 };
 use lsp_types::{
     ClientCapabilities, CodeActionKind, CodeActionOptions, CodeActionOrCommand, CodeActionProviderCapability,
@@ -18,18 +19,21 @@ use lsp_types::{
     GotoDefinitionResponse, HoverProviderCapability, InitializeParams, InitializeResult, OneOf,
     OptionalVersionedTextDocumentIdentifier, PositionEncodingKind, PrepareRenameResponse, PublishDiagnosticsParams,
     RenameOptions, ServerCapabilities, ServerInfo, TextDocumentEdit, TextDocumentPositionParams,
-    TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit, Uri, WorkDoneProgressOptions, WorkspaceEdit,
+    TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions, TextEdit,
+    Uri, WorkDoneProgressOptions, WorkspaceEdit,
 };
 
 use super::analysis::Analysis;
 use super::completion::completion;
 use super::diagnostics::diagnostics;
 use super::document::{Document, LARGEST};
-use super::{fixes, hover, navigate, outline, rename};
+use super::place::path_of;
+use super::{fixes, formatting, hover, navigate, outline, rename};
+use crate::source::Files;
 
 /// Serves until `exit`, or until the other side is gone; says whether `shutdown` came before.
-pub(super) fn serve(connection: &Connection) -> bool {
-    let mut server = Server::default();
+pub(super) fn serve(connection: &Connection, files: &dyn Files) -> bool {
+    let mut server = Server::new(files);
     loop {
         // What was typed meanwhile is taken in first: only the last state of a document is worth looking at.
         let waiting = connection.receiver.try_recv();
@@ -64,17 +68,17 @@ fn guarded<T>(job: impl FnOnce() -> T) -> Option<T> {
 }
 
 /// How far the conversation is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    #[default]
     Greeting,
     Running,
     ShutDown,
 }
 
 /// The open documents and what the editor can do.
-#[derive(Debug, Default)]
-pub(super) struct Server {
+pub(super) struct Server<'f> {
+    /// The disk, for what documents import.
+    files: &'f dyn Files,
     stage: Stage,
     documents: BTreeMap<Uri, Document>,
     /// Documents whose diagnostics are to be sent.
@@ -96,7 +100,38 @@ struct Refusal {
     message: String,
 }
 
-impl Server {
+/// The files as the editor has them: what is open hides what is on the disk.
+struct Overlay<'a> {
+    documents: &'a BTreeMap<Uri, Document>,
+    files: &'a dyn Files,
+}
+
+impl Files for Overlay<'_> {
+    fn read(&self, path: &str) -> Result<String, String> {
+        match self.documents.values().find(|d| d.path == path) {
+            // As if it were empty.
+            Some(document) if document.is_too_large() => Ok(String::new()),
+            Some(document) => Ok(document.text.clone()),
+            None => self.files.read(path),
+        }
+    }
+
+    fn list(&self, folder: &str) -> Vec<String> {
+        self.files.list(folder)
+    }
+}
+
+impl<'f> Server<'f> {
+    pub(super) fn new(files: &'f dyn Files) -> Self {
+        Server {
+            files,
+            stage: Stage::Greeting,
+            documents: BTreeMap::new(),
+            changed: BTreeSet::new(),
+            editor: Editor::default(),
+        }
+    }
+
     /// Takes in one message, and answers if it is a request.
     pub(super) fn message(&mut self, message: Message) -> Option<Message> {
         match message {
@@ -149,7 +184,7 @@ impl Server {
         })
     }
 
-    fn question(&mut self, request: Request) -> Response {
+    fn question(&self, request: Request) -> Response {
         let editor = self.editor;
         match request.method.as_str() {
             HoverRequest::METHOD => answered::<HoverRequest>(request, |p| {
@@ -186,8 +221,9 @@ impl Server {
             }),
             Rename::METHOD => answered::<Rename>(request, |p| {
                 let at = p.text_document_position;
+                let files = self.overlay();
                 self.at(&at, |uri, document, analysis| {
-                    let edits = rename::rename(document, analysis, at.position, &p.new_name)?;
+                    let edits = rename::rename(document, analysis, at.position, &p.new_name, &files)?;
                     Ok(Some(editor.workspace_edit(uri, document, edits)))
                 })?
                 .map_err(refused)
@@ -197,6 +233,11 @@ impl Server {
                 self.at(&at, |_, document, analysis| {
                     let items = completion(document, analysis, at.position, editor.has_snippets);
                     Some(CompletionResponse::Array(items))
+                })
+            }),
+            Formatting::METHOD => answered::<Formatting>(request, |p| {
+                self.document(&p.text_document.uri, |_, document, analysis| {
+                    formatting::formatting(document, analysis)
                 })
             }),
             DocumentSymbolRequest::METHOD => answered::<DocumentSymbolRequest>(request, |p| {
@@ -219,8 +260,20 @@ impl Server {
         }
     }
 
+    fn overlay(&self) -> Overlay<'_> {
+        Overlay {
+            documents: &self.documents,
+            files: self.files,
+        }
+    }
+
+    fn analysis(&self, document: &Document) -> Rc<Analysis> {
+        let analysis = || Rc::new(Analysis::of(&document.path, &self.overlay()));
+        Rc::clone(document.analysis.get_or_init(analysis))
+    }
+
     fn at<T>(
-        &mut self,
+        &self,
         at: &TextDocumentPositionParams,
         f: impl FnOnce(&Uri, &Document, &Analysis) -> T,
     ) -> Result<T, Refusal> {
@@ -228,13 +281,12 @@ impl Server {
     }
 
     /// Asks about an open document.
-    fn document<T>(&mut self, uri: &Uri, f: impl FnOnce(&Uri, &Document, &Analysis) -> T) -> Result<T, Refusal> {
-        let document = self.documents.get_mut(uri).ok_or_else(|| Refusal {
+    fn document<T>(&self, uri: &Uri, f: impl FnOnce(&Uri, &Document, &Analysis) -> T) -> Result<T, Refusal> {
+        let document = self.documents.get(uri).ok_or_else(|| Refusal {
             code: ErrorCode::InvalidParams,
             message: "the document is not open".into(),
         })?;
-        let analysis: Rc<Analysis> = document.analysis();
-        Ok(f(uri, document, &analysis))
+        Ok(f(uri, document, &self.analysis(document)))
     }
 
     fn notification(&mut self, notification: Notification) {
@@ -246,9 +298,11 @@ impl Server {
                 let Some(p) = read::<DidOpenTextDocument>(notification) else {
                     return;
                 };
-                let opened = Document::new(p.text_document.text, p.text_document.version);
-                self.changed.insert(p.text_document.uri.clone());
-                self.documents.insert(p.text_document.uri, opened);
+                let uri = p.text_document.uri;
+                let path = path_of(&uri).unwrap_or_else(|| uri.as_str().to_owned());
+                let opened = Document::new(path, p.text_document.text, p.text_document.version);
+                self.documents.insert(uri.clone(), opened);
+                self.has_changed(uri);
             }
             DidChangeTextDocument::METHOD => {
                 let Some(p) = read::<DidChangeTextDocument>(notification) else {
@@ -256,7 +310,7 @@ impl Server {
                 };
                 if let Some(document) = self.documents.get_mut(&p.text_document.uri) {
                     document.change(p.content_changes, p.text_document.version);
-                    self.changed.insert(p.text_document.uri);
+                    self.has_changed(p.text_document.uri);
                 }
             }
             DidCloseTextDocument::METHOD => {
@@ -264,11 +318,29 @@ impl Server {
                     return;
                 };
                 self.documents.remove(&p.text_document.uri);
-                self.changed.insert(p.text_document.uri);
+                self.has_changed(p.text_document.uri);
             }
-            // `initialized`, `$/cancelRequest`, saved files: nothing is to be done.
+            DidSaveTextDocument::METHOD => {
+                let Some(p) = read::<DidSaveTextDocument>(notification) else {
+                    return;
+                };
+                self.has_changed(p.text_document.uri);
+            }
+            // `initialized`, `$/cancelRequest`: nothing is to be done.
             _ => {}
         }
+    }
+
+    /// Forgets what is known of the document and of those that may import it.
+    fn has_changed(&mut self, uri: Uri) {
+        for (other, document) in &mut self.documents {
+            let depends = *other == uri || document.analysis.get().is_some_and(|a| a.has_imports());
+            if depends {
+                document.analysis.take();
+                self.changed.insert(other.clone());
+            }
+        }
+        self.changed.insert(uri);
     }
 
     /// Returns the diagnostics of all documents that have changed; none for those that were closed.
@@ -276,12 +348,9 @@ impl Server {
         let changed = std::mem::take(&mut self.changed);
         let message = |uri: Uri| {
             let version = self.documents.get(&uri).map(|d| d.version);
-            let diagnostics = match self.documents.get_mut(&uri) {
+            let diagnostics = match self.documents.get(&uri) {
                 Some(document) if document.is_too_large() => vec![too_large()],
-                Some(document) => {
-                    let analysis = document.analysis();
-                    diagnostics(&uri, document, &analysis)
-                }
+                Some(document) => diagnostics(&uri, document, &self.analysis(document)),
                 None => Vec::new(),
             };
             let version = version.filter(|_| self.editor.has_versions);
@@ -369,7 +438,13 @@ impl Editor {
 fn capabilities() -> ServerCapabilities {
     ServerCapabilities {
         position_encoding: Some(PositionEncodingKind::UTF16),
-        text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::INCREMENTAL)),
+        text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
+            open_close: Some(true),
+            change: Some(TextDocumentSyncKind::INCREMENTAL),
+            save: Some(TextDocumentSyncSaveOptions::Supported(true)),
+            ..TextDocumentSyncOptions::default()
+        })),
+        document_formatting_provider: Some(OneOf::Left(true)),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
         definition_provider: Some(OneOf::Left(true)),
         references_provider: Some(OneOf::Left(true)),
@@ -401,7 +476,7 @@ mod tests {
     const DOMAIN: &str = include_str!("../../tests/lsp/small.hatp");
     const URI: &str = "file:///a.hatp";
 
-    fn ask(server: &mut Server, method: &str, params: Value) -> Response {
+    fn ask(server: &mut Server<'_>, method: &str, params: Value) -> Response {
         let request = Request::new(1.into(), method.into(), params);
         match server.message(Message::Request(request)) {
             Some(Message::Response(response)) => response,
@@ -409,7 +484,7 @@ mod tests {
         }
     }
 
-    fn tell(server: &mut Server, method: &str, params: Value) {
+    fn tell(server: &mut Server<'_>, method: &str, params: Value) {
         assert!(
             server
                 .message(Message::Notification(Notification::new(method.into(), params)))
@@ -417,8 +492,16 @@ mod tests {
         );
     }
 
-    fn opened(text: &str) -> Server {
-        let mut server = Server::default();
+    struct NoFiles;
+
+    impl Files for NoFiles {
+        fn read(&self, _: &str) -> Result<String, String> {
+            Err("there is no such file".into())
+        }
+    }
+
+    fn opened(text: &str) -> Server<'static> {
+        let mut server = Server::new(&NoFiles);
         ask(&mut server, "initialize", json!({ "capabilities": {} }));
         let document = json!({ "uri": URI, "languageId": "hatp", "version": 1, "text": text });
         tell(&mut server, "textDocument/didOpen", json!({ "textDocument": document }));
@@ -449,7 +532,8 @@ mod tests {
         ]
     }
 
-    const QUESTIONS: [&str; 9] = [
+    const QUESTIONS: [&str; 10] = [
+        "textDocument/formatting",
         "textDocument/hover",
         "textDocument/definition",
         "textDocument/references",
@@ -487,6 +571,7 @@ mod tests {
                         "position": asked,
                         "range": Range::new(start, asked),
                         "newName": "X",
+                        "options": { "tabSize": 2, "insertSpaces": true },
                         "context": { "includeDeclaration": true, "diagnostics": [], "triggerKind": 1 },
                     }));
                     let code = answer.error.map(|e| e.code);

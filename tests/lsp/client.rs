@@ -149,6 +149,11 @@ impl Client {
         }
     }
 
+    /// Forgets what was told so far.
+    pub fn forget(&mut self) {
+        self.told.clear();
+    }
+
     /// Labels of the completion at a place.
     pub fn completion(&mut self, position: &Value) -> Vec<String> {
         let items = self.ask_at("textDocument/completion", position).unwrap();
