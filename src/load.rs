@@ -45,7 +45,8 @@ pub fn load(
         problems.0.extend(sure(&ast, broken));
         return (None, problems);
     };
-    let (domain, check_problems) = check::compile(&[ast], &given(&world));
+    let named = task.or(world.task.as_ref().map(|(text, _)| text.as_str()));
+    let (domain, check_problems) = check::compile(&[ast], &given(&world, named));
     problems.extend(check_problems);
     let Some(domain) = domain else { return (None, problems) };
     let goal = match (task, &world.task) {
@@ -112,8 +113,8 @@ fn sure(ast: &File, broken: bool) -> Vec<Problem> {
     sure
 }
 
-/// Returns what the world declares, in the checker's terms.
-fn given(world: &World) -> Given {
+/// Returns what the world declares, in the checker's terms; `task` is the text of the task to plan.
+fn given(world: &World, task: Option<&str>) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
     let entities = agents
@@ -146,6 +147,7 @@ fn given(world: &World) -> Given {
         entities,
         shared: world.shared.clone(),
         values,
+        task: task.and_then(|t| t.split('(').next()).map(|t| t.trim().to_owned()),
     }
 }
 

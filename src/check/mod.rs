@@ -12,6 +12,7 @@ mod functions;
 mod goal;
 mod initial;
 mod kinds;
+mod lints;
 mod methods;
 mod names;
 mod order;
@@ -41,6 +42,8 @@ pub struct Given {
     pub shared: Vec<(String, String, Span)>,
     /// Initial values; they replace the domain's.
     pub values: Vec<GivenValue>,
+    /// Name of the task to plan, if one is named; whether there is such a task is not checked here.
+    pub task: Option<String>,
 }
 
 /// An agent or object of the world.
@@ -104,6 +107,12 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
             }
             _ => {}
         }
+    }
+    if !problems.has_errors() {
+        let mut linted = lints::Linted::new(&items, &names.domain, &names.attribute_spans);
+        linted.has_world = !given.entities.is_empty();
+        linted.task = given.task.as_deref();
+        problems.extend(lints::run(&linted));
     }
     let problems = problems.sorted();
     let domain = (!problems.has_errors()).then_some(names.domain);

@@ -58,7 +58,10 @@ pub fn called(name: &str) -> impl Iterator<Item = &'static Page> {
 /// Returns the code nearest to a name that no page has; of a name without a room, the part after `::`.
 pub fn nearest_code(name: &str) -> Option<String> {
     let codes: Vec<String> = PAGES.iter().map(Page::code).collect();
-    let part = |code: &'_ str| code.split_once("::").map_or_else(String::new, |(_, part)| part.to_owned());
+    let part = |code: &'_ str| {
+        code.split_once("::")
+            .map_or_else(String::new, |(_, part)| part.to_owned())
+    };
     let parts: Vec<String> = codes.iter().map(|c| part(c)).collect();
     let among = if name.contains("::") { &codes } else { &parts };
     nearest(name, among.iter().map(String::as_str)).map(str::to_owned)
@@ -98,9 +101,14 @@ pages! {
     "hatp-bad-allow"
     "hatp-bad-duration"
     "hatp-compare-in-effect"
+    "hatp-contradicts-goal"
     "hatp-duplicate-name"
     "hatp-empty"
+    "hatp-endless-recursion"
     "hatp-negative-cost"
+    "hatp-never-applies"
+    "hatp-never-read"
+    "hatp-never-set"
     "hatp-no-agent"
     "hatp-not-constant"
     "hatp-not-supported"
@@ -108,6 +116,7 @@ pages! {
     "hatp-order-cycle"
     "hatp-overruled"
     "hatp-recursive-function"
+    "hatp-select-follows"
     "hatp-static-assigned"
     "hatp-syntax"
     "hatp-time-part"
@@ -123,7 +132,9 @@ pages! {
     "hatp-unknown-name"
     "hatp-unknown-task"
     "hatp-unknown-type"
+    "hatp-unreached-task"
     "hatp-unreadable"
+    "hatp-unused-parameter"
     "hatp-unused-variable"
     "hatp-wrong-count"
     "hatp-wrong-fact"
