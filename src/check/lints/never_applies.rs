@@ -7,7 +7,7 @@
 use super::read::Read;
 use super::{Linted, conjuncts};
 use crate::diag::{Problem, Problems};
-use crate::ir::{Base, Binder, CompareOp, Domain, EntityId, Expr, Param, Test, TypeId, Value, Var};
+use crate::ir::{Base, Binder, CompareOp, Domain, EntityId, Expr, Param, Test, Type, TypeId, Value, Var};
 use crate::source::Span;
 use crate::syntax::ast::Step;
 
@@ -47,7 +47,7 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
                 Binder::Let { .. } => None,
             });
             for (select, (var, ty, filter)) in selects.zip(compiled) {
-                let what = format!("no entity passes the filter of `{}`", select.name.text);
+                let what = format!("SELECT of `{}` never finds anything", select.name.text);
                 let tests = conjuncts(&select.filter, filter);
                 problems.0.extend(impossible(linted, &what, &tests, &[(var, ty)]));
             }
@@ -195,7 +195,32 @@ fn nobody(linted: &Linted<'_>, what: &str, tests: &[Placed<'_>], var: Var, ty: T
         "the first of them".into()
     };
     let problem = Problem::warning("hatp::never-applies", message, *first, label);
-    Some(problem.help("compare with a value that is set in `factdatabase` or in the world file"))
+    let help = values(domain, tests.iter().map(|(_, test)| test), of_type);
+    Some(problem.help(help))
+}
+
+/// Values listed in a help line.
+const MOST_LISTED: usize = 8;
+
+/// Returns which values the entities of the type have, if the tests ask for one attribute.
+fn values<'a>(domain: &Domain, tests: impl Iterator<Item = &'a &'a Test>, of_type: &Type) -> String {
+    let mut read = Read::default();
+    tests.for_each(|test| read.test(test));
+    let attribute = read.attributes.first().and_then(|a| domain.attributes.get(a.index()));
+    let Some(attribute) = attribute.filter(|_| read.attributes.len() == 1) else {
+        return "compare with values that are set in `factdatabase` or in the world file".into();
+    };
+    let slots = of_type.entities.iter().filter_map(|e| *attribute.slots.get(e.index())?);
+    let mut values: Vec<String> = Vec::new();
+    for value in slots.filter_map(|slot| domain.initial.get(slot.index())) {
+        let shown = domain.show(value);
+        if !values.contains(&shown) {
+            values.push(shown);
+        }
+    }
+    let more = if values.len() > MOST_LISTED { " and others" } else { "" };
+    values.truncate(MOST_LISTED);
+    format!("`{}.{}` is {}{more}", of_type.name, attribute.name, values.join(", "))
 }
 
 /// Evaluates static tests of one entity; `None` where it can't be known.
