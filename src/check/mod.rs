@@ -110,7 +110,7 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     }
     if !problems.has_errors() {
         let mut linted = lints::Linted::new(&items, &names.domain, &names.attribute_spans);
-        linted.has_world = !given.entities.is_empty();
+        linted.has_world = !given.entities.is_empty() || given.task.is_some();
         linted.task = given.task.as_deref();
         problems.extend(lints::run(&linted));
     }
