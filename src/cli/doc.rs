@@ -80,10 +80,13 @@ fn of_domain(path: &str, problems: &ProblemOptions) -> Result<Vec<Entry>, Failur
 
 /// Returns the entries of that name: those of the domain, else the built-ins.
 fn named(name: &str, entries: Vec<Entry>) -> Result<Vec<Entry>, Failure> {
-    let all: Vec<Entry> = entries.into_iter().chain(doc::builtins()).collect();
-    let found = doc::called(name, &all);
+    let builtins = doc::builtins();
+    let mut found = doc::called(name, &entries);
     if found.is_empty() {
-        let names = all.iter().map(|entry| entry.name.as_str());
+        found = doc::called(name, &builtins);
+    }
+    if found.is_empty() {
+        let names = entries.iter().chain(&builtins).map(|entry| entry.name.as_str());
         let help = did_you_mean(name, names).unwrap_or_else(|| "`sgap doc` lists what is built in".into());
         say(&format!("error: nothing is called `{name}`\nhelp: {help}\n"));
         return Err(Failure::Code(code::PROBLEMS));
