@@ -52,15 +52,35 @@ fn show(problems: &Problems, sources: &Sources) -> String {
     render::render(problems, sources, false)
 }
 
+/// What the file says, without places.
+fn content(ast: &syntax::ast::File) -> String {
+    let text = format!("{ast:?}");
+    let mut parts = text.split("Span {");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |out, part| {
+        // A span has a file of its own, in one more pair of parentheses.
+        out + part.split_once('}').map_or("", |(_, rest)| rest)
+    })
+}
+
+/// Formatting changes neither what a file says nor its comments, and nothing the second time.
 fn parse_ok(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, problems) = syntax::parse(file, &text);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
-    let printed = syntax::print(&ast);
-    let (again, problems) = syntax::parse(file, &printed);
-    assert!(problems.0.is_empty(), "printed text parses: {problems:?}\n{printed}");
-    assert_eq!(printed, syntax::print(&again), "printing is stable");
-    snapshot(path, &printed)
+    let formatted = syntax::format(file, &text).expect("a file without errors");
+    let (again, problems) = syntax::parse(file, &formatted);
+    assert!(
+        problems.0.is_empty(),
+        "formatted text parses: {problems:?}\n{formatted}"
+    );
+    assert_eq!(content(&ast), content(&again), "the same content\n{formatted}");
+    assert_eq!(
+        syntax::format(file, &formatted).expect("no errors"),
+        formatted,
+        "stable"
+    );
+    snapshot(path, &formatted)
 }
 
 fn parse_bad(path: &Path) -> Outcome {
@@ -82,6 +102,34 @@ fn check_bad(path: &Path) -> Outcome {
     let (_, problems) = compile(file, &text, &sources);
     assert!(!problems.0.is_empty(), "no problem found");
     snapshot(path, &show(&problems, &sources))
+}
+
+/// Reads and checks a domain of several files, as the program does.
+fn load_domain(path: &Path) -> datatest_stable::Result<(Option<ir::Domain>, String, bool)> {
+    let mut sources = Sources::default();
+    let name = path.to_str().ok_or("a case has a name")?.replace('\\', "/");
+    let paths = sgap::load::Paths {
+        domain: &name,
+        ..Default::default()
+    };
+    let (domain, problems) = sgap::load::check_domain(&paths, &mut sources, &planning::Disk);
+    Ok((
+        domain,
+        show(&problems.clone().sorted(), &sources),
+        problems.0.is_empty(),
+    ))
+}
+
+fn load_ok(path: &Path) -> Outcome {
+    let (domain, shown, is_right) = load_domain(path)?;
+    assert!(is_right, "{shown}");
+    snapshot(path, &ir::dump(&domain.ok_or("no problem, so a domain")?))
+}
+
+fn load_bad(path: &Path) -> Outcome {
+    let (_, shown, is_right) = load_domain(path)?;
+    assert!(!is_right, "no problem found");
+    snapshot(path, &shown)
 }
 
 /// Compiles the case with the world that its first lines describe.
@@ -247,7 +295,7 @@ fn page(path: &Path) -> Outcome {
     Ok(())
 }
 
-/// The domains that come with the program compile, without a world as far as they name no entity of one.
+/// The domains that come with the program are formatted, and compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, mut problems) = syntax::parse(file, &text);
@@ -256,6 +304,7 @@ fn domains(path: &Path) -> Outcome {
     }
     let problems = Levels::default().apply(problems, &sources);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    assert_eq!(syntax::format(file, &text).expect("no errors"), text, "run `sgap fmt`");
     Ok(())
 }
 
@@ -387,6 +436,8 @@ datatest_stable::harness! {
     { test = parse_bad, root = "tests/suite/parse/bad", pattern = r"\.hatp$" },
     { test = check_ok, root = "tests/suite/check/ok", pattern = r"\.hatp$" },
     { test = check_bad, root = "tests/suite/check/bad", pattern = r"\.hatp$" },
+    { test = load_ok, root = "tests/suite/load/ok", pattern = r"^[^/]*\.hatp$" },
+    { test = load_bad, root = "tests/suite/load/bad", pattern = r"^[^/]*\.hatp$" },
     { test = documented, root = "src/syntax", pattern = r"\.rs$" },
     { test = documented, root = "src/check", pattern = r"\.rs$" },
     { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },

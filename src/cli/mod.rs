@@ -5,6 +5,7 @@ mod disk;
 mod doc;
 mod explain;
 mod facts;
+mod fmt;
 mod output;
 mod plan;
 mod problems;
@@ -31,7 +32,7 @@ use sgap::world::World;
 pub(crate) mod code {
     /// The input has problems.
     pub(crate) const PROBLEMS: u8 = 1;
-    /// The arguments do not fit together; clap's own code.
+    /// The arguments do not fit together; clap has the same code.
     pub(crate) const WRONG_USAGE: u8 = 2;
     /// No plan exists: every choice was tried.
     pub(crate) const NO_PLAN: u8 = 10;
@@ -92,6 +93,12 @@ enum Command {
   sgap doc domains/three_objects.hatp
   sgap doc domains/three_objects.hatp MoveObj")]
     Doc(doc::Options),
+    /// Write domain files in the one layout: comments, words and grouping stay
+    #[command(after_help = "Examples:
+  sgap fmt domains/three_objects.hatp
+  sgap fmt --check domains/three_objects.hatp domains/ramification.hatp
+  sgap fmt - < domains/three_objects.hatp")]
+    Fmt(fmt::Options),
     /// Print every geometric fact of a world's start state
     #[command(after_help = "Example:
   sgap facts worlds/three_objects.toml")]
@@ -109,6 +116,9 @@ struct Inputs {
     domain: PathBuf,
     /// World file (.toml); without one the symbols alone are planned
     world: Option<PathBuf>,
+    /// Another file of the domain, such as the functions that it leaves outside; may be given several times
+    #[arg(long, value_name = "FILE")]
+    with: Vec<PathBuf>,
     /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
@@ -126,8 +136,11 @@ impl Inputs {
         let mut sources = Sources::default();
         let domain = self.domain.to_string_lossy();
         let world = self.world.as_ref().map(|w| w.to_string_lossy());
+        let with: Vec<_> = self.with.iter().map(|w| w.to_string_lossy()).collect();
+        let with: Vec<&str> = with.iter().map(AsRef::as_ref).collect();
         let paths = Paths {
             domain: &domain,
+            with: &with,
             world: world.as_deref(),
             task: self.task.as_deref(),
         };
@@ -146,9 +159,7 @@ impl Inputs {
     /// Checks what is named; a domain alone keeps its geometry.
     fn check(&self) -> Result<ir::Domain, Failure> {
         if self.world.is_none() && self.task.is_none() {
-            return self.read(To::Output, |paths, sources, files| {
-                check_domain(paths.domain, sources, files)
-            });
+            return self.read(To::Output, |paths, sources, files| check_domain(paths, sources, files));
         }
         self.load_to(To::Output).map(|input| input.domain)
     }
@@ -222,6 +233,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Check(options) => check::run(options),
         Command::Explain(options) => explain::run(options),
         Command::Doc(options) => doc::run(options),
+        Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
     };

@@ -57,6 +57,9 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
         }
     }
     for (i, (attribute, span)) in domain.attributes.iter().zip(linted.attribute_spans).enumerate() {
+        if linted.main.is_some_and(|main| span.file != main) {
+            continue;
+        }
         let id = AttributeId(i as u32);
         let owner = domain.types.get(attribute.owner.index());
         let owner = owner.map_or("?", |t| t.name.as_str());

@@ -17,7 +17,7 @@ mod walk;
 use super::PRELUDE;
 use crate::diag::Problems;
 use crate::ir::{self, Test};
-use crate::source::Span;
+use crate::source::{FileId, Span};
 use crate::syntax::ast::{self, Item};
 
 /// A domain without errors: what was written beside what it became.
@@ -32,6 +32,8 @@ pub(super) struct Linted<'a> {
     pub has_world: bool,
     /// The task to plan, if one is named.
     pub task: Option<&'a str>,
+    /// The file that the user named; what it imports may be there for others, too.
+    pub main: Option<FileId>,
 }
 
 impl<'a> Linted<'a> {
@@ -53,6 +55,7 @@ impl<'a> Linted<'a> {
             methods: methods.zip(&domain.methods).collect(),
             has_world: false,
             task: None,
+            main: None,
         }
     }
 }

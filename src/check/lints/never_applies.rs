@@ -220,7 +220,12 @@ fn values<'a>(domain: &Domain, tests: impl Iterator<Item = &'a &'a Test>, of_typ
     }
     let more = if values.len() > MOST_LISTED { " and others" } else { "" };
     values.truncate(MOST_LISTED);
-    format!("`{}.{}` is {}{more}", of_type.name, attribute.name, values.join(", "))
+    format!(
+        "`{}.{}` is `{}`{more}",
+        of_type.name,
+        attribute.name,
+        values.join("` or `")
+    )
 }
 
 /// Evaluates static tests of one entity; `None` where it can't be known.

@@ -2,7 +2,7 @@
 //!
 //! Planning starts at the task that is named, or at any method that no other method calls: a domain may serve many worlds.
 //! Told is what none of these reaches: an action that no method calls, methods that only call each other. A domain whose methods call
-//! nothing starts at its actions.
+//! nothing starts at its actions. Tasks of imported files are for others, too, and are not told.
 
 use super::Linted;
 use crate::diag::{Problem, Problems};
@@ -30,7 +30,8 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
     let actions = actions.iter().map(|(written, _)| ("action", &written.name));
     let methods = methods.iter().map(|(written, _)| ("method", &written.name));
     for (what, name) in actions.chain(methods) {
-        if domain.task(&name.text).is_some_and(|task| !reached.contains(&task)) {
+        let is_own = linted.main.is_none_or(|main| name.span.file == main);
+        if is_own && domain.task(&name.text).is_some_and(|task| !reached.contains(&task)) {
             problems.push(unreached(what, name));
         }
     }
