@@ -11,6 +11,7 @@
 
 pub mod check;
 pub mod diag;
+pub mod doc;
 pub mod engine;
 pub mod geom;
 pub mod grp;
