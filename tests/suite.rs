@@ -3,8 +3,9 @@
 //! `ok` has no problems and `bad` has one, judged before any snapshot is compared. Write snapshots with
 //! `INSTA_UPDATE=always cargo test --test suite`, and read them.
 //!
-//! A `plan` case is a TOML file: `domain`, `world`, `expect` ("plan" or "no plan") and optionally `task`, `seed`, `branching`,
-//! `best`, `actions`, `at_least_alternatives`; every plan found is accepted by the validator before its snapshot is compared.
+//! A `plan` case is a TOML file: `domain`, `expect` ("plan" or "no plan") and optionally `world`, `task`, `seed`, `branching`,
+//! `best`, `plan` (the actions: `["Pick(PR2, CUP)"]`), `actions` (their number), `cost`, `at_least_alternatives`. Without a
+//! `world` the symbols alone are planned. Every plan found is accepted by the validator before its snapshot is compared.
 //!
 //! A `check` case may begin with lines that stand for a world file:
 //! `//# entity CUP Object`, `//# agent PR2 [TYPE]`, `//# shared Object.isOn isOn`, `//# value CUP.weight 0.3`
@@ -251,7 +252,7 @@ impl Expected {
     }
 }
 
-const PLAN_KEYS: [&str; 9] = [
+const PLAN_KEYS: [&str; 11] = [
     "domain",
     "world",
     "task",
@@ -259,7 +260,9 @@ const PLAN_KEYS: [&str; 9] = [
     "branching",
     "best",
     "expect",
+    "plan",
     "actions",
+    "cost",
     "at_least_alternatives",
 ];
 
@@ -272,8 +275,10 @@ fn plan(path: &Path) -> Outcome {
         panic!("a plan case has no key `{key}`");
     }
     let domain = expected.text("domain").ok_or("a case names its domain")?;
-    let world = expected.text("world").ok_or("a case names its world")?;
-    let defaults = Case::new(domain, world);
+    let defaults = match expected.text("world") {
+        Some(world) => Case::new(domain, world),
+        None => Case::symbolic(domain),
+    };
     let case = Case {
         task: expected.text("task"),
         seed: expected.number("seed").unwrap_or(defaults.seed),
@@ -293,6 +298,22 @@ fn plan(path: &Path) -> Outcome {
     let mut shown = String::new();
     match (expected.text("expect"), &planned.plan) {
         (Some("plan"), Some(plan)) => {
+            if let Some(actions) = expected.table.get("plan").and_then(toml::Value::as_array) {
+                let wanted: Vec<&str> = actions.iter().filter_map(toml::Value::as_str).collect();
+                let found = plan.actions.iter();
+                let found: Vec<String> = found
+                    .map(|a| format!("{}({})", a.name, a.arguments.join(", ")))
+                    .collect();
+                assert_eq!(found, wanted, "the actions");
+            }
+            if let Some(cost) = expected.table.get("cost") {
+                let cost = cost.as_float().or_else(|| cost.as_integer().map(|c| c as f64));
+                assert!(
+                    (plan.cost - cost.ok_or("a cost is a number")?).abs() < 1e-9,
+                    "cost {}",
+                    plan.cost
+                );
+            }
             if let Some(n) = expected.number("actions") {
                 assert_eq!(plan.actions.len() as u64, n, "actions");
             }

@@ -6,10 +6,11 @@
 use std::sync::Arc;
 
 use super::reasoner::{Reasoner, Request};
+use super::sets;
 use super::state::State;
 use crate::ir::{
-    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, FactId, SlotId, Test, TypeId,
-    Value, Var,
+    ArithmeticOp, AttributeId, Base, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, FactId, RequestId, SlotId,
+    Test, TypeId, Value, Var,
 };
 
 /// What an evaluation may look at.
@@ -24,7 +25,16 @@ pub(super) struct Context<'a> {
     /// Whether the world state is already the one after the action at hand: shared attributes that nobody has read before
     /// then go to `missed`, and count as NULL.
     pub is_late: bool,
-    pub missed: Vec<SlotId>,
+    pub missed: Vec<Missed>,
+    /// Answers about the world state before the action at hand, for what asks when it is late.
+    pub answers: Vec<(RequestId, Vec<Value>, Option<Value>)>,
+}
+
+/// Something about the world state before an action that nobody has looked at in time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Missed {
+    Slot(SlotId),
+    Request(RequestId, Vec<Value>),
 }
 
 /// Returns a frame with the arguments first and the other variables unset.
@@ -45,6 +55,7 @@ impl<'a> Context<'a> {
             projection: (0.0, 0.0),
             is_late: false,
             missed: Vec::new(),
+            answers: Vec::new(),
         }
     }
 }
@@ -56,13 +67,71 @@ impl Context<'_> {
             return value.clone();
         }
         if self.is_late {
-            self.missed.push(slot);
+            self.missed.push(Missed::Slot(slot));
             return Value::Null;
         }
         let place = self.domain.slots[slot.index()];
-        let value = self.reasoner.fact(self.domain, place.attribute, place.entity);
+        let name = self.domain.attributes[place.attribute.index()].fact.as_deref();
+        let value = match name.and_then(|name| defined_fact(self.domain, name)) {
+            Some(fact) => self.shared_value(fact, place.attribute, place.entity),
+            None => self.reasoner.fact(self.domain, place.attribute, place.entity),
+        };
         self.state.remember(slot, value.clone());
         value
+    }
+
+    /// Returns the value of a shared attribute whose fact the domain defines: a truth value for a fact about one entity,
+    /// else the entities about which it holds (the first one, for an attribute that has one value).
+    fn shared_value(&mut self, fact: FactId, attribute: AttributeId, entity: EntityId) -> Value {
+        let domain = self.domain;
+        let attribute = &domain.attributes[attribute.index()];
+        // A fact asks requests and static attributes: nothing that an action could write.
+        let n_reads = self.reads.len();
+        let value = match attribute.base {
+            Base::Entity(ty) => {
+                let mut holds = domain.types[ty.index()]
+                    .entities
+                    .iter()
+                    .filter(|other| self.is_defined(fact, &[Value::Entity(entity), Value::Entity(**other)]));
+                if attribute.is_set {
+                    Value::Set(Arc::new(holds.copied().collect()))
+                } else {
+                    holds.next().map_or(Value::Null, |e| Value::Entity(*e))
+                }
+            }
+            Base::Bool | Base::Number | Base::String => Value::Bool(self.is_defined(fact, &[Value::Entity(entity)])),
+        };
+        self.reads.truncate(n_reads);
+        value
+    }
+
+    /// Asks the world state of now; when it is late, that of before the action at hand.
+    pub fn ask(&mut self, request: RequestId, args: Vec<Value>) -> Option<Value> {
+        if self.is_late {
+            let known = self.answers.iter().find(|(r, a, _)| *r == request && *a == args);
+            if let Some((.., answer)) = known {
+                return answer.clone();
+            }
+            self.missed.push(Missed::Request(request, args));
+            return None;
+        }
+        let name = &self.domain.requests[request.index()].name;
+        self.reasoner.request(self.domain, &Request { name, args: &args })
+    }
+
+    /// Looks at what was missed. The world state must be the one before the action at hand.
+    pub fn catch_up(&mut self, missed: Vec<Missed>) {
+        for missed in missed {
+            match missed {
+                Missed::Slot(slot) => {
+                    self.slot(slot);
+                }
+                Missed::Request(request, args) => {
+                    let answer = self.ask(request, args.clone());
+                    self.answers.push((request, args, answer));
+                }
+            }
+        }
     }
 
     fn slot_of(&self, entity: EntityId, attribute: AttributeId) -> Option<SlotId> {
@@ -83,16 +152,14 @@ impl Context<'_> {
                 self.reads.push(slot);
                 self.slot(slot)
             }
-            Expr::Size(set) => Value::Number(self.set(set, frame)?.len() as f64),
+            Expr::Size(set) => Value::Number(sets::len(&self.value(set, frame)?)? as f64),
             Expr::List(elements) => {
-                let mut set = EntitySet::default();
+                let mut set = Value::Set(Arc::new(EntitySet::default()));
                 for element in elements {
-                    let Value::Entity(e) = self.value(element, frame)? else {
-                        return None;
-                    };
-                    set.insert(e);
+                    let element = self.value(element, frame)?;
+                    set = sets::with(set, &element)?;
                 }
-                Value::Set(Arc::new(set))
+                set
             }
             Expr::Arithmetic { op, left, right } => {
                 let (l, r) = (self.number(left, frame)?, self.number(right, frame)?);
@@ -106,25 +173,21 @@ impl Context<'_> {
             }
             Expr::Negate(inner) => Value::Number(-self.number(inner, frame)?),
             Expr::SetWith { set, element } | Expr::SetWithout { set, element } => {
-                let mut members = (*self.set(set, frame)?).clone();
-                let Value::Entity(e) = self.value(element, frame)? else {
-                    return None;
-                };
+                let members = self.value(set, frame)?;
+                let element = self.value(element, frame)?;
                 if matches!(expr, Expr::SetWith { .. }) {
-                    members.insert(e);
+                    sets::with(members, &element)?
                 } else {
-                    members.remove(e);
+                    sets::without(members, &element)?
                 }
-                Value::Set(Arc::new(members))
             }
             Expr::Request { request, args } => {
                 let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
-                let name = &self.domain.requests[request.index()].name;
-                self.reasoner.request(self.domain, &Request { name, args: &args? })?
+                self.ask(*request, args?)?
             }
             Expr::Fact { fact, args } => {
                 let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
-                Value::Bool(self.defined(*fact, &args?))
+                Value::Bool(self.is_defined(*fact, &args?))
             }
             Expr::GeometricCost => Value::Number(self.projection.0),
             Expr::GeometricDuration => Value::Number(self.projection.1),
@@ -132,21 +195,9 @@ impl Context<'_> {
     }
 
     /// Says whether a fact that the domain defines holds of `args`.
-    fn defined(&mut self, fact: FactId, args: &[Value]) -> bool {
+    fn is_defined(&mut self, fact: FactId, args: &[Value]) -> bool {
         let fact = &self.domain.facts[fact.index()];
         self.holds(&fact.body, &mut frame(args, fact.n_vars))
-    }
-
-    fn set(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Arc<EntitySet>> {
-        match self.value(expr, frame)? {
-            Value::Set(set) => Some(set),
-            Value::Null
-            | Value::Bool(_)
-            | Value::Number(_)
-            | Value::String(_)
-            | Value::Entity(_)
-            | Value::Scalars(_) => None,
-        }
     }
 
     /// Returns the number, or `None` where there is none.
@@ -172,9 +223,9 @@ impl Context<'_> {
                     (None, _) | (_, None) => *op == CompareOp::NotEqual,
                 }
             }
-            Test::Member { element, set } => match (self.value(element, frame), self.set(set, frame)) {
-                (Some(Value::Entity(e)), Some(members)) => members.contains(e),
-                _ => false,
+            Test::Member { element, set } => match (self.value(element, frame), self.value(set, frame)) {
+                (Some(element), Some(set)) => sets::contains(&set, &element),
+                (None, _) | (_, None) => false,
             },
             Test::Forall { var, ty, guard, body } => {
                 !self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && !c.holds(body, f))
@@ -226,19 +277,17 @@ impl Context<'_> {
                     element,
                 } => {
                     let target = self.target(entity, *attribute, frame);
-                    let (Some(slot), Some(Value::Entity(e))) = (target, self.value(element, frame)) else {
+                    let (Some(slot), Some(element)) = (target, self.value(element, frame)) else {
                         continue;
                     };
-                    let mut members = match self.slot(slot) {
-                        Value::Set(set) => (*set).clone(),
-                        _ => EntitySet::default(),
-                    };
-                    if matches!(effect, Effect::Add { .. }) {
-                        members.insert(e);
+                    let members = self.slot(slot);
+                    let changed = if matches!(effect, Effect::Add { .. }) {
+                        sets::with(members, &element)
                     } else {
-                        members.remove(e);
-                    }
-                    self.state.set(slot, Value::Set(Arc::new(members)));
+                        sets::without(members, &element)
+                    };
+                    let Some(members) = changed else { continue };
+                    self.state.set(slot, members);
                     writes.push(slot);
                 }
                 Effect::Forall {
@@ -272,14 +321,20 @@ impl Context<'_> {
     }
 }
 
-fn compare(op: CompareOp, left: &Value, right: &Value) -> bool {
+/// Returns the fact of that name that the domain defines.
+pub(super) fn defined_fact(domain: &Domain, name: &str) -> Option<FactId> {
+    let position = domain.facts.iter().position(|f| f.name == name)?;
+    Some(FactId(position as u32))
+}
+
+pub(super) fn compare(op: CompareOp, left: &Value, right: &Value) -> bool {
     let numbers = match (left, right) {
         (Value::Number(l), Value::Number(r)) => l.partial_cmp(r),
         _ => None,
     };
     match op {
-        CompareOp::Equal => left == right,
-        CompareOp::NotEqual => left != right,
+        CompareOp::Equal => sets::equal(left, right),
+        CompareOp::NotEqual => !sets::equal(left, right),
         CompareOp::Less => numbers.is_some_and(|o| o.is_lt()),
         CompareOp::LessEqual => numbers.is_some_and(|o| o.is_le()),
         CompareOp::Greater => numbers.is_some_and(|o| o.is_gt()),

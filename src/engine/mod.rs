@@ -7,10 +7,12 @@
 mod changes;
 mod eval;
 mod explain;
+mod ground;
 mod links;
 mod outcome;
 mod reasoner;
 mod search;
+mod sets;
 mod state;
 
 pub use links::document;

@@ -101,6 +101,12 @@ pub trait Reasoner {
     /// Says whether it answers that fact about `entity`; a slot whose fact nobody answers is a plain one.
     fn knows(&self, domain: &Domain, fact: &str, entity: EntityId) -> bool;
 
+    /// Says whether requests are answered from a world, so that facts which the domain defines are computed. Else attributes
+    /// with such a fact are plain ones, as for a fact that it does not know.
+    fn has_world(&self) -> bool {
+        true
+    }
+
     /// Returns the value of a shared attribute of `entity` in the current world state.
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value;
 
@@ -153,6 +159,10 @@ impl Reasoner for Granted {
     }
 
     fn knows(&self, _: &Domain, _: &str, _: EntityId) -> bool {
+        false
+    }
+
+    fn has_world(&self) -> bool {
         false
     }
 

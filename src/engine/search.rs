@@ -13,10 +13,11 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::changes::changes;
-use super::eval::{Context, frame};
+use super::eval::{Context, defined_fact, frame};
 use super::explain::failed_literal;
+use super::ground;
 use super::outcome::{Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated};
-use super::reasoner::{Call, Formula, GasNum, GasRef, Mark, Projection, Reasoner};
+use super::reasoner::{Call, GasNum, GasRef, Mark, Projection, Reasoner};
 use super::state::{State, TrailMark};
 use crate::ir::{ActionId, Binder, Domain, Goal, MethodId, SelectOrder, SlotId, TaskId, Value};
 use crate::plan::{Refusal, WhyNot};
@@ -101,10 +102,13 @@ pub fn solve(
         .filter(|s| {
             let place = domain.slots[s.index()];
             let attribute = &domain.attributes[place.attribute.index()];
-            attribute
-                .fact
-                .as_deref()
-                .is_some_and(|f| reasoner.knows(domain, f, place.entity))
+            attribute.fact.as_deref().is_some_and(|fact| {
+                if defined_fact(domain, fact).is_some() {
+                    reasoner.has_world()
+                } else {
+                    reasoner.knows(domain, fact, place.entity)
+                }
+            })
         })
         .collect();
     let mut state = State::new(domain, &shared);
@@ -317,6 +321,7 @@ impl Search<'_> {
             } => {
                 self.statistics.projections += 1;
                 self.statistics.alternatives += 1;
+                self.read_before(node);
                 match self.context.reasoner.find_alternative(gas, tried) {
                     Ok(projection) => {
                         self.push_alternatives(point, node, projection, limit);
@@ -328,6 +333,24 @@ impl Search<'_> {
                     }
                 }
             }
+        }
+    }
+
+    /// Notes what an action's precondition, the arguments of its projection and its constraints read, in the world state
+    /// before the action.
+    fn read_before(&mut self, node: usize) {
+        let TaskId::Action(id) = self.nodes[node].task else {
+            return;
+        };
+        let action = &self.context.domain.actions[id.index()];
+        let mut frame = frame(&self.nodes[node].args, action.n_vars);
+        self.context.reads.clear();
+        self.context.holds(&action.preconditions, &mut frame);
+        if let Some(projection) = &action.projects {
+            for arg in &projection.args {
+                self.context.value(arg, &mut frame);
+            }
+            ground::formula(&mut self.context, &action.constraints, &mut frame);
         }
     }
 
@@ -585,6 +608,7 @@ impl Search<'_> {
                 }
             }
         }
+        let constraints = ground::formula(&mut self.context, &action.constraints, &mut frame);
         let point = self.point();
         self.statistics.projections += 1;
         match self.context.reasoner.project(
@@ -592,7 +616,7 @@ impl Search<'_> {
             &Call {
                 name: &projection.name,
                 args: &args,
-                constraints: &Formula::TRUE,
+                constraints: &constraints,
             },
         ) {
             Ok(solution) => {
@@ -617,13 +641,13 @@ impl Search<'_> {
         let action = &domain.actions[id.index()];
         let args = self.nodes[node].args.clone();
         let geometric = projected.map_or((0.0, 0.0), |(_, p)| (p.cost, p.duration));
+        if projected.is_none() {
+            self.read_before(node);
+        }
+        let n_reads = self.context.reads.len();
         let (numbers, writes) = loop {
             let mut frame = frame(&args, action.n_vars);
-            self.context.reads.clear();
-            self.context.holds(&action.preconditions, &mut frame);
-            for arg in action.projects.iter().flat_map(|p| &p.args) {
-                self.context.value(arg, &mut frame);
-            }
+            self.context.reads.truncate(n_reads);
             (self.context.projection, self.context.is_late) = (geometric, projected.is_some());
             let numbers =
                 [&action.cost, &action.duration.0, &action.duration.1].map(|e| self.context.number(e, &mut frame));
@@ -632,19 +656,18 @@ impl Search<'_> {
             (self.context.projection, self.context.is_late) = ((0.0, 0.0), false);
             let missed = std::mem::take(&mut self.context.missed);
             match projected {
-                // All this looks at the world state before the projection, and which shared attributes it looks at may
-                // depend on what the projection gave. INVARIANT: every round reads a slot more, so there is a last one.
+                // All this looks at the world state before the projection, and what it looks at may depend on what the
+                // projection gave. INVARIANT: every round knows an answer more, so there is a last one.
                 Some((point, projection)) if !missed.is_empty() => {
                     self.context.state.restore(point.trail);
                     self.context.reasoner.restore(point.world);
-                    for slot in missed {
-                        self.context.slot(slot);
-                    }
+                    self.context.catch_up(missed);
                     self.context.reasoner.replay(projection.gas);
                 }
                 _ => break (numbers, writes),
             }
         };
+        self.context.answers.clear();
         let (cost, least, most) = match numbers {
             [Some(c), Some(l), Some(m)] if c >= 0.0 && l >= 0.0 && m >= l => (c, l, m),
             [c, l, m] => {

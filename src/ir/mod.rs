@@ -2,8 +2,10 @@
 
 mod domain;
 mod dump;
+mod granted;
 mod show;
 
 pub use domain::*;
 pub use dump::dump;
+pub use granted::{projects, without_geometry};
 pub use show::show_expr;
