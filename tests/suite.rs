@@ -50,15 +50,28 @@ fn show(problems: &Problems, sources: &Sources) -> String {
     render::render(problems, sources, false)
 }
 
+/// What the file says, without places.
+fn content(ast: &syntax::ast::File) -> String {
+    let text = format!("{ast:?}");
+    let mut parts = text.split("Span {");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |out, part| {
+        // A span has a file of its own, in one more pair of parentheses.
+        out + part.split_once('}').map_or("", |(_, rest)| rest)
+    })
+}
+
+/// Formatting changes neither what a file says nor its comments, and nothing the second time.
 fn parse_ok(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, problems) = syntax::parse(file, &text);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
-    let printed = syntax::print(&ast);
-    let (again, problems) = syntax::parse(file, &printed);
-    assert!(problems.0.is_empty(), "printed text parses: {problems:?}\n{printed}");
-    assert_eq!(printed, syntax::print(&again), "printing is stable");
-    snapshot(path, &printed)
+    let formatted = syntax::format(file, &text).expect("a file without errors");
+    let (again, problems) = syntax::parse(file, &formatted);
+    assert!(problems.0.is_empty(), "formatted text parses: {problems:?}\n{formatted}");
+    assert_eq!(content(&ast), content(&again), "the same content\n{formatted}");
+    assert_eq!(syntax::format(file, &formatted).expect("no errors"), formatted, "stable");
+    snapshot(path, &formatted)
 }
 
 fn parse_bad(path: &Path) -> Outcome {
@@ -223,7 +236,7 @@ fn page(path: &Path) -> Outcome {
     Ok(())
 }
 
-/// The domains that come with the program compile, without a world as far as they name no entity of one.
+/// The domains that come with the program are formatted, and compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, mut problems) = syntax::parse(file, &text);
@@ -231,6 +244,7 @@ fn domains(path: &Path) -> Outcome {
         problems.extend(check::compile(&[ast], &Given::default()).1);
     }
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    assert_eq!(syntax::format(file, &text).expect("no errors"), text, "run `sgap fmt`");
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 mod check;
 mod disk;
 mod facts;
+mod fmt;
 mod output;
 mod plan;
 mod progress;
@@ -74,6 +75,12 @@ enum Command {
   sgap check domains/three_objects.hatp worlds/three_objects.toml
   sgap check dock.hatp --task 'Unload(CRANE, SHIP)'")]
     Check(check::Options),
+    /// Write domain files in the one layout: comments, words and grouping stay
+    #[command(after_help = "Examples:
+  sgap fmt domains/three_objects.hatp
+  sgap fmt --check domains/three_objects.hatp domains/ramification.hatp
+  sgap fmt - < domains/three_objects.hatp")]
+    Fmt(fmt::Options),
     /// Print every geometric fact of a world's start state
     #[command(after_help = "Example:
   sgap facts worlds/three_objects.toml")]
@@ -192,6 +199,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
         Command::Check(options) => check::run(options),
+        Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
     };
