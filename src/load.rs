@@ -1,16 +1,21 @@
-//! Joins the two halves of the input: a domain and the world that it is planned in.
+//! Joins the two halves of the input: a domain with all its files, and the world that it is planned in.
+
+mod domain;
+
+use domain::DomainFiles;
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
-use crate::syntax::{self, ast::File};
 use crate::world::{self, Literal, World};
 
 /// Which files and which task, as the user names them.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Paths<'a> {
     pub domain: &'a str,
+    /// Further files of the domain: functions that it leaves outside.
+    pub with: &'a [&'a str],
     /// `None` plans on the symbols alone.
     pub world: Option<&'a str>,
     /// Overrides the world file's task.
@@ -41,6 +46,7 @@ pub fn load(
         domain,
         world: Some(world),
         task,
+        with: &[],
     };
     load_paths(&paths, sources, files)
 }
@@ -54,22 +60,14 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
         Some(path) => world::load(path, sources, files),
         None => (Some(World::empty()), Problems::default()),
     };
-    let file = match read_domain(paths.domain, sources, files) {
-        Ok(file) => file,
-        Err(problem) => {
-            problems.push(*problem);
-            return (None, problems);
-        }
-    };
-    let (ast, syntax_problems) = syntax::parse(file, &sources.get(file).text);
-    let broken = syntax_problems.has_errors();
-    problems.extend(syntax_problems);
-    problems.0.extend(empty(&ast, broken, paths.domain));
-    let Some(world) = world.filter(|_| !broken) else {
-        problems.0.extend(sure(&ast, broken));
+    let (read, found) = domain::read(paths.domain, paths.with, sources, files);
+    problems.extend(found);
+    let Some(read) = read else { return (None, problems) };
+    let Some(world) = world.filter(|_| !read.is_broken) else {
+        problems.0.extend(sure(&read));
         return (None, problems);
     };
-    let (domain, mut check_problems) = check::compile(&[ast], &given(&world));
+    let (domain, mut check_problems) = check::compile(&read.asts, &given(&world));
     if paths.world.is_none() {
         // Then nothing overrules the domain's own values.
         check_problems.0.retain(|p| p.code != "hatp::overruled");
@@ -117,49 +115,28 @@ fn confused(paths: &Paths<'_>) -> Option<Problem> {
     Some(Problem::unplaced("hatp::unreadable", message).help(help))
 }
 
-/// Reads and checks a domain alone, without a world.
-pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
-    let mut problems = Problems::default();
-    let file = match read_domain(path, sources, files) {
-        Ok(file) => file,
-        Err(problem) => {
-            problems.push(*problem);
-            return (None, problems);
-        }
-    };
-    let (ast, found) = syntax::parse(file, &sources.get(file).text);
-    let broken = found.has_errors();
-    problems.extend(found);
-    problems.0.extend(empty(&ast, broken, path));
-    if broken {
-        problems.0.extend(sure(&ast, broken));
+/// Reads and checks a domain alone, with its geometry; `paths` has no world and no task.
+pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
+    let (read, mut problems) = domain::read(paths.domain, paths.with, sources, files);
+    let Some(read) = read else { return (None, problems) };
+    if read.is_broken {
+        problems.0.extend(sure(&read));
         return (None, problems);
     }
-    let (domain, found) = check::compile(&[ast], &Given::default());
+    let (domain, found) = check::compile(&read.asts, &Given::default());
     problems.extend(found);
     (domain.filter(|_| !problems.has_errors()), problems)
-}
-
-/// Says that a domain without a declaration is no domain.
-fn empty(ast: &File, broken: bool, path: &str) -> Option<Problem> {
-    let is_empty = ast.items.is_empty() && !broken;
-    is_empty.then(|| {
-        let message = format!("`{path}` declares nothing");
-        let help =
-            "a domain has a `factdatabase { }` with types and attributes, and an `HTN { }` with actions and methods";
-        Problem::unplaced("hatp::empty", message).help(help)
-    })
 }
 
 /// Returns the errors of a domain that stand whatever its broken world or its broken lines would have declared.
 ///
 /// Names that only those would have declared are not worth an error each, and warnings can wait.
-fn sure(ast: &File, broken: bool) -> Vec<Problem> {
-    let (_, problems) = check::compile(std::slice::from_ref(ast), &Given::default());
+fn sure(read: &DomainFiles) -> Vec<Problem> {
+    let (_, problems) = check::compile(&read.asts, &Given::default());
     let declared_elsewhere = |code: &str| match code {
         // A world declares entities only.
         "hatp::unknown-name" => true,
-        _ => broken && code.split("::").any(|name| name.starts_with("unknown")),
+        _ => read.is_broken && code.split("::").any(|name| name.starts_with("unknown")),
     };
     let mut sure = problems.0;
     sure.retain(|p| p.severity == Severity::Error && !declared_elsewhere(p.code));
@@ -200,16 +177,6 @@ fn given(world: &World) -> Given {
         entities,
         shared: world.shared.clone(),
         values,
-    }
-}
-
-fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Box<Problem>> {
-    match files.read(path) {
-        Ok(text) => Ok(sources.add(path, text)),
-        Err(why) => {
-            let message = format!("can't read `{path}`: {why}");
-            Err(Box::new(Problem::unplaced("hatp::unreadable", message)))
-        }
     }
 }
 

@@ -114,6 +114,13 @@ pub trait Files {
     /// Returns the file's text, or a sentence saying why it can't be read
     /// (missing, a directory, not UTF-8, larger than the limit).
     fn read(&self, path: &str) -> Result<String, String>;
+
+    /// Returns the names of the files in `folder` (the empty text is the folder in which the program runs), for "did you
+    /// mean" and for files that belong to another by their name. Nothing where that can't be told.
+    fn list(&self, folder: &str) -> Vec<String> {
+        let _ = folder;
+        Vec::new()
+    }
 }
 
 #[cfg(test)]

@@ -95,6 +95,30 @@ fn check_bad(path: &Path) -> Outcome {
     snapshot(path, &show(&problems, &sources))
 }
 
+/// Reads and checks a domain of several files, as the program does.
+fn load_domain(path: &Path) -> datatest_stable::Result<(Option<ir::Domain>, String, bool)> {
+    let mut sources = Sources::default();
+    let name = path.to_str().ok_or("a case has a name")?.replace('\\', "/");
+    let paths = sgap::load::Paths {
+        domain: &name,
+        ..Default::default()
+    };
+    let (domain, problems) = sgap::load::check_domain(&paths, &mut sources, &planning::Disk);
+    Ok((domain, show(&problems.clone().sorted(), &sources), problems.0.is_empty()))
+}
+
+fn load_ok(path: &Path) -> Outcome {
+    let (domain, shown, is_right) = load_domain(path)?;
+    assert!(is_right, "{shown}");
+    snapshot(path, &ir::dump(&domain.ok_or("no problem, so a domain")?))
+}
+
+fn load_bad(path: &Path) -> Outcome {
+    let (_, shown, is_right) = load_domain(path)?;
+    assert!(!is_right, "no problem found");
+    snapshot(path, &shown)
+}
+
 /// Compiles the case with the world that its first lines describe.
 fn compile(file: FileId, text: &str) -> (Option<ir::Domain>, Problems) {
     let (ast, mut problems) = syntax::parse(file, text);
@@ -376,6 +400,8 @@ datatest_stable::harness! {
     { test = parse_bad, root = "tests/suite/parse/bad", pattern = r"\.hatp$" },
     { test = check_ok, root = "tests/suite/check/ok", pattern = r"\.hatp$" },
     { test = check_bad, root = "tests/suite/check/bad", pattern = r"\.hatp$" },
+    { test = load_ok, root = "tests/suite/load/ok", pattern = r"^[^/]*\.hatp$" },
+    { test = load_bad, root = "tests/suite/load/bad", pattern = r"^[^/]*\.hatp$" },
     { test = documented, root = "src/syntax", pattern = r"\.rs$" },
     { test = documented, root = "src/check", pattern = r"\.rs$" },
     { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },

@@ -166,6 +166,30 @@ pub(super) fn overruled(entity: &str, attribute: &str, span: Span) -> Problem {
         .help("remove the line; where things stand is in the world file")
 }
 
+pub(super) fn not_projected(action: &Name, span: Span) -> Problem {
+    let message = format!("action `{}` has constraints and projects nothing", action.text);
+    Problem::error(
+        "hatp::not-projected",
+        message,
+        span,
+        "there is no world that the action leads to",
+    )
+    .note(action.span, "this action")
+    .help("add `projects { ... }`, or write them into `preconditions`")
+}
+
+pub(super) fn state_in_fact(fact: &Name, culprit: &str, span: Span) -> Problem {
+    let message = format!("fact `{}` reads `{culprit}`, which actions change", fact.text);
+    Problem::error("hatp::state-in-fact", message, span, "a fact is about the world alone")
+        .help("declare the attribute `static`, or test it where the fact is asked")
+}
+
+pub(super) fn recursive_fact(name: &Name) -> Problem {
+    let message = format!("fact `{}` asks itself", name.text);
+    Problem::error("hatp::recursive-function", message, name.span, "needs its own answer")
+        .help("recursion belongs in methods")
+}
+
 pub(super) fn recursive(name: &Name) -> Problem {
     let message = format!("function `{}` calls itself", name.text);
     Problem::error("hatp::recursive-function", message, name.span, "needs its own value")

@@ -98,6 +98,9 @@ struct Inputs {
     domain: PathBuf,
     /// World file (.toml); without one the symbols alone are planned
     world: Option<PathBuf>,
+    /// Another file of the domain, such as the functions that it leaves outside; may be given several times
+    #[arg(long, value_name = "FILE")]
+    with: Vec<PathBuf>,
     /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
@@ -112,8 +115,11 @@ impl Inputs {
         let mut sources = Sources::default();
         let domain = self.domain.to_string_lossy();
         let world = self.world.as_ref().map(|w| w.to_string_lossy());
+        let with: Vec<_> = self.with.iter().map(|w| w.to_string_lossy()).collect();
+        let with: Vec<&str> = with.iter().map(AsRef::as_ref).collect();
         let paths = Paths {
             domain: &domain,
+            with: &with,
             world: world.as_deref(),
             task: self.task.as_deref(),
         };
@@ -128,7 +134,7 @@ impl Inputs {
     /// Checks what is named; a domain alone keeps its geometry.
     fn check(&self) -> Result<ir::Domain, Failure> {
         if self.world.is_none() && self.task.is_none() {
-            return self.read(|paths, sources, files| check_domain(paths.domain, sources, files));
+            return self.read(|paths, sources, files| check_domain(paths, sources, files));
         }
         self.load().map(|input| input.domain)
     }

@@ -4,6 +4,7 @@ mod domain;
 mod dump;
 mod granted;
 mod show;
+mod walk;
 
 pub use domain::*;
 pub use dump::dump;

@@ -21,6 +21,11 @@ impl Files for Disk {
     fn read(&self, path: &str) -> Result<String, String> {
         std::fs::read_to_string(path).map_err(|e| e.to_string())
     }
+
+    fn list(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.filter_map(|e| e.file_name().into_string().ok()).collect()
+    }
 }
 
 /// What to plan, and how; paths are relative to the project.
@@ -88,6 +93,7 @@ pub fn plan(case: &Case<'_>) -> Planned {
     let mut sources = Sources::default();
     let paths = Paths {
         domain: case.domain,
+        with: &[],
         world: case.world,
         task: case.task,
     };
