@@ -35,7 +35,7 @@ use sgap::source::Sources;
 use sgap::syntax;
 
 /// Warnings that speak of a whole domain, which an example is not.
-const OF_WHOLE_DOMAINS: [&str; 1] = ["hatp::unreachable-task"];
+const OF_WHOLE_DOMAINS: [&str; 3] = ["hatp::unreached-task", "hatp::never-read", "hatp::never-set"];
 
 /// Parameters that an example may use without declaring them.
 const PARAMETERS: &str = "Agent A, Agent B, Object O, Cup C, Place P, Table T, set Object Os, number x";
