@@ -69,9 +69,16 @@ fn parse_ok(path: &Path) -> Outcome {
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
     let formatted = syntax::format(file, &text).expect("a file without errors");
     let (again, problems) = syntax::parse(file, &formatted);
-    assert!(problems.0.is_empty(), "formatted text parses: {problems:?}\n{formatted}");
+    assert!(
+        problems.0.is_empty(),
+        "formatted text parses: {problems:?}\n{formatted}"
+    );
     assert_eq!(content(&ast), content(&again), "the same content\n{formatted}");
-    assert_eq!(syntax::format(file, &formatted).expect("no errors"), formatted, "stable");
+    assert_eq!(
+        syntax::format(file, &formatted).expect("no errors"),
+        formatted,
+        "stable"
+    );
     snapshot(path, &formatted)
 }
 
@@ -105,7 +112,11 @@ fn load_domain(path: &Path) -> datatest_stable::Result<(Option<ir::Domain>, Stri
         ..Default::default()
     };
     let (domain, problems) = sgap::load::check_domain(&paths, &mut sources, &planning::Disk);
-    Ok((domain, show(&problems.clone().sorted(), &sources), problems.0.is_empty()))
+    Ok((
+        domain,
+        show(&problems.clone().sorted(), &sources),
+        problems.0.is_empty(),
+    ))
 }
 
 fn load_ok(path: &Path) -> Outcome {

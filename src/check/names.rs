@@ -140,7 +140,9 @@ impl Names {
     /// Returns the type of entities of that name, or reports it.
     pub(super) fn type_named(&self, name: &Name, problems: &mut Problems) -> Option<TypeId> {
         let found = self.types.get(&name.text).map(|t| t.0);
-        if found.is_none() {
+        if found.is_none() && ["number", "int", "float", "bool", "string"].contains(&name.text.as_str()) {
+            problems.push(problems::no_entities(name));
+        } else if found.is_none() {
             let candidates = self.types.keys().map(String::as_str);
             problems.push(problems::unknown(
                 "hatp::unknown-type",

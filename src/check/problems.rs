@@ -34,6 +34,13 @@ pub(super) fn unknown<'a>(
     Problem::error(code, format!("unknown {what} `{name}`"), span, "not declared").maybe_help(help)
 }
 
+/// A type of entities is wanted, and this is a type of values.
+pub(super) fn no_entities(name: &Name) -> Problem {
+    let message = format!("`{}` is no type of entities", name.text);
+    Problem::error("hatp::unknown-type", message, name.span, "nothing to go through")
+        .help("FORALL, EXIST and SELECT go through the entities of a type, and only these have attributes")
+}
+
 /// `name` is the type that the world file gives to `entity`, at the entity's place.
 pub(super) fn unknown_type_of<'a>(entity: &str, name: &Name, candidates: impl IntoIterator<Item = &'a str>) -> Problem {
     let mut problem = unknown("hatp::unknown-type", "type", &name.text, name.span, candidates);

@@ -27,8 +27,6 @@ use sgap::world::World;
 pub(crate) mod code {
     /// The input has problems.
     pub(crate) const PROBLEMS: u8 = 1;
-    /// The arguments do not fit together; clap's own code.
-    pub(crate) const WRONG_USAGE: u8 = 2;
     /// No plan exists: every choice was tried.
     pub(crate) const NO_PLAN: u8 = 10;
     /// No plan found, and choices were cut short (branching factor, placements, depth).
