@@ -147,8 +147,10 @@ fn sure(read: &DomainFiles) -> Vec<Problem> {
 fn given(world: &World) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
+    let virtuals = world.scene.virtuals.iter().map(|v| (&v.id, &v.ty, false));
     let entities = agents
         .chain(objects)
+        .chain(virtuals)
         .zip(&world.spans)
         .map(|((name, ty, is_agent), span)| GivenEntity {
             name: name.clone(),
