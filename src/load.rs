@@ -1,54 +1,80 @@
-//! Joins the two halves of the input: a domain and the world that it is planned in.
+//! Joins the two halves of the input: a domain with all its files, and the world that it is planned in.
+
+mod domain;
+
+use domain::DomainFiles;
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
-use crate::ir::{Domain, Goal};
+use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
-use crate::syntax::{self, ast::File};
 use crate::world::{self, Literal, World};
+
+/// Which files and which task, as the user names them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Paths<'a> {
+    pub domain: &'a str,
+    /// Further files of the domain: functions that it leaves outside.
+    pub with: &'a [&'a str],
+    /// `None` plans on the symbols alone.
+    pub world: Option<&'a str>,
+    /// Overrides the world file's task.
+    pub task: Option<&'a str>,
+}
 
 /// A domain compiled against a world, with the task to plan if one is named.
 #[derive(Debug)]
 pub struct Input {
+    /// Without a world: [`ir::without_geometry`].
     pub domain: Domain,
+    /// Empty if none is named.
     pub world: World,
     pub goal: Option<Goal>,
+    /// Whether there is no world, and the domain's actions project all the same: their geometry is taken as granted.
+    pub is_granted: bool,
 }
 
 /// Loads a domain and a world; `task` overrides the world file's. All problems of both come at once; `None` with any error.
 pub fn load(
-    domain_path: &str,
-    world_path: &str,
+    domain: &str,
+    world: &str,
     task: Option<&str>,
     sources: &mut Sources,
     files: &dyn Files,
 ) -> (Option<Input>, Problems) {
-    if domain_path.ends_with(".toml") && !world_path.ends_with(".toml") {
-        let message = format!("`{domain_path}` is a world file, and a domain is wanted first");
-        let problem = Problem::unplaced("hatp::unreadable", message);
-        let help = format!("the domain comes before the world: `{world_path} {domain_path}`");
-        return (None, Problems(vec![problem.help(help)]));
-    }
-    let (world, mut problems) = world::load(world_path, sources, files);
-    let file = match read_domain(domain_path, sources, files) {
-        Ok(file) => file,
-        Err(problem) => {
-            problems.push(*problem);
-            return (None, problems);
-        }
+    let paths = Paths {
+        domain,
+        world: Some(world),
+        task,
+        with: &[],
     };
-    let (ast, syntax_problems) = syntax::parse(file, &sources.get(file).text);
-    let broken = syntax_problems.has_errors();
-    problems.extend(syntax_problems);
-    problems.0.extend(empty(&ast, broken, domain_path));
-    let Some(world) = world.filter(|_| !broken) else {
-        problems.0.extend(sure(&ast, broken));
+    load_paths(&paths, sources, files)
+}
+
+/// Loads what the paths name. All problems come at once; `None` with any error.
+pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    if let Some(problem) = confused(paths) {
+        return (None, Problems(vec![problem]));
+    }
+    let (world, mut problems) = match paths.world {
+        Some(path) => world::load(path, sources, files),
+        None => (Some(World::empty()), Problems::default()),
+    };
+    let (read, found) = domain::read(paths.domain, paths.with, sources, files);
+    problems.extend(found);
+    let Some(read) = read else { return (None, problems) };
+    let Some(world) = world.filter(|_| !read.is_broken) else {
+        problems.0.extend(sure(&read));
         return (None, problems);
     };
-    let (domain, check_problems) = check::compile(&[ast], &given(&world));
+    let (domain, mut check_problems) = check::compile(&read.asts, &given(&world));
+    if paths.world.is_none() {
+        // Then nothing overrules the domain's own values.
+        check_problems.0.retain(|p| p.code != "hatp::overruled");
+    }
     problems.extend(check_problems);
     let Some(domain) = domain else { return (None, problems) };
-    let goal = match (task, &world.task) {
+    let goal = match (paths.task, &world.task) {
         (Some(text), _) => {
             // Like a line of a file: a mark at its end is drawn below it.
             let file = sources.add("--task", format!("{text}\n"));
@@ -60,52 +86,57 @@ pub fn load(
     if problems.has_errors() {
         return (None, problems);
     }
-    (Some(Input { domain, world, goal }), problems)
+    let is_granted = paths.world.is_none() && ir::projects(&domain);
+    let domain = match paths.world {
+        Some(_) => domain,
+        None => ir::without_geometry(&domain),
+    };
+    let input = Input {
+        domain,
+        world,
+        goal,
+        is_granted,
+    };
+    (Some(input), problems)
 }
 
-/// Reads and checks a domain alone, without a world.
-pub fn check_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
-    let mut problems = Problems::default();
-    let file = match read_domain(path, sources, files) {
-        Ok(file) => file,
-        Err(problem) => {
-            problems.push(*problem);
-            return (None, problems);
-        }
+/// Says that a world stands where a domain is wanted.
+fn confused(paths: &Paths<'_>) -> Option<Problem> {
+    let is_world = |path: &str| path.ends_with(".toml");
+    let domain = paths.domain;
+    if !is_world(domain) || paths.world.is_some_and(is_world) {
+        return None;
+    }
+    let message = format!("`{domain}` is a world file, and a domain is wanted first");
+    let help = match paths.world {
+        Some(world) => format!("the domain comes before the world: `{world} {domain}`"),
+        None => format!("name the domain before the world: `DOMAIN {domain}`"),
     };
-    let (ast, found) = syntax::parse(file, &sources.get(file).text);
-    let broken = found.has_errors();
-    problems.extend(found);
-    problems.0.extend(empty(&ast, broken, path));
-    if broken {
-        problems.0.extend(sure(&ast, broken));
+    Some(Problem::unplaced("hatp::unreadable", message).help(help))
+}
+
+/// Reads and checks a domain alone, with its geometry; `paths` has no world and no task.
+pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
+    let (read, mut problems) = domain::read(paths.domain, paths.with, sources, files);
+    let Some(read) = read else { return (None, problems) };
+    if read.is_broken {
+        problems.0.extend(sure(&read));
         return (None, problems);
     }
-    let (domain, found) = check::compile(&[ast], &Given::default());
+    let (domain, found) = check::compile(&read.asts, &Given::default());
     problems.extend(found);
     (domain.filter(|_| !problems.has_errors()), problems)
-}
-
-/// Says that a domain without a declaration is no domain.
-fn empty(ast: &File, broken: bool, path: &str) -> Option<Problem> {
-    let is_empty = ast.items.is_empty() && !broken;
-    is_empty.then(|| {
-        let message = format!("`{path}` declares nothing");
-        let help =
-            "a domain has a `factdatabase { }` with types and attributes, and an `HTN { }` with actions and methods";
-        Problem::unplaced("hatp::empty", message).help(help)
-    })
 }
 
 /// Returns the errors of a domain that stand whatever its broken world or its broken lines would have declared.
 ///
 /// Names that only those would have declared are not worth an error each, and warnings can wait.
-fn sure(ast: &File, broken: bool) -> Vec<Problem> {
-    let (_, problems) = check::compile(std::slice::from_ref(ast), &Given::default());
+fn sure(read: &DomainFiles) -> Vec<Problem> {
+    let (_, problems) = check::compile(&read.asts, &Given::default());
     let declared_elsewhere = |code: &str| match code {
         // A world declares entities only.
         "hatp::unknown-name" => true,
-        _ => broken && code.split("::").any(|name| name.starts_with("unknown")),
+        _ => read.is_broken && code.split("::").any(|name| name.starts_with("unknown")),
     };
     let mut sure = problems.0;
     sure.retain(|p| p.severity == Severity::Error && !declared_elsewhere(p.code));
@@ -146,16 +177,6 @@ fn given(world: &World) -> Given {
         entities,
         shared: world.shared.clone(),
         values,
-    }
-}
-
-fn read_domain(path: &str, sources: &mut Sources, files: &dyn Files) -> Result<FileId, Box<Problem>> {
-    match files.read(path) {
-        Ok(text) => Ok(sources.add(path, text)),
-        Err(why) => {
-            let message = format!("can't read `{path}`: {why}");
-            Err(Box::new(Problem::unplaced("hatp::unreadable", message)))
-        }
     }
 }
 

@@ -64,10 +64,49 @@ impl Sources {
         id
     }
 
+    /// Returns the ids of all files, in the order in which they were added.
+    pub fn ids(&self) -> impl Iterator<Item = FileId> + use<> {
+        (0..self.files.len()).map(|i| FileId(u32::try_from(i).unwrap_or(u32::MAX)))
+    }
+
     /// Returns the file; `id` must come from this value's [`Sources::add`].
     pub fn get(&self, id: FileId) -> &SourceFile {
         &self.files[id.0 as usize]
     }
+}
+
+/// Returns line and column of a byte position, both from 1; columns count characters.
+pub fn line_column(text: &str, at: usize) -> (usize, usize) {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    let before = &text[..at];
+    let start = before.rfind('\n').map_or(0, |i| i + 1);
+    let line = before.matches('\n').count() + 1;
+    (line, before[start..].trim_start_matches('\u{FEFF}').chars().count() + 1)
+}
+
+/// Returns the doc comment of the item that starts at byte `start`: the run of `///` lines directly before its line,
+/// without the marks, joined by line ends.
+///
+/// An empty line, another comment or anything before the item on its own line ends the run: a declaration that does not
+/// begin its line has no doc comment.
+pub fn doc_comment(text: &str, start: usize) -> Option<String> {
+    let before = text.get(..start)?;
+    let (above, indent) = before.rsplit_once('\n').unwrap_or(("", before));
+    if !indent.trim_start_matches('\u{FEFF}').trim().is_empty() {
+        return None;
+    }
+    let marked = |line: &'_ str| {
+        let rest = line.trim().trim_start_matches('\u{FEFF}').strip_prefix("///")?;
+        // Four strokes draw a line across the page.
+        let is_doc = !rest.starts_with('/');
+        is_doc.then(|| rest.strip_prefix(' ').unwrap_or(rest).trim_end().to_owned())
+    };
+    let mut lines: Vec<String> = above.lines().rev().map_while(marked).collect();
+    lines.reverse();
+    (!lines.is_empty()).then(|| lines.join("\n"))
 }
 
 /// Reads files for the library.
@@ -75,4 +114,29 @@ pub trait Files {
     /// Returns the file's text, or a sentence saying why it can't be read
     /// (missing, a directory, not UTF-8, larger than the limit).
     fn read(&self, path: &str) -> Result<String, String>;
+
+    /// Returns the names of the files in `folder` (the empty text is the folder in which the program runs), for "did you
+    /// mean" and for files that belong to another by their name. Nothing where that can't be told.
+    fn list(&self, folder: &str) -> Vec<String> {
+        let _ = folder;
+        Vec::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_doc_comment_is_the_run_of_marked_lines_directly_above() {
+        let text = "/// Not of B.\n\n  /// What B is,\n  ///   and more [m].\n  B; C;\n//// A line.\nD;\n// E's.\nE;";
+        let of = |item: &str| doc_comment(text, text.find(item).unwrap_or_default());
+        assert_eq!(of("B;").as_deref(), Some("What B is,\n  and more [m]."));
+        for item in ["C;", "D;", "E;"] {
+            assert_eq!(of(item), None, "{item}");
+        }
+        assert_eq!(doc_comment("/// A.\r\nA;", 8).as_deref(), Some("A."));
+        assert_eq!(doc_comment("A;", 0), None);
+        assert_eq!(doc_comment("A;", 99), None);
+    }
 }

@@ -3,8 +3,9 @@
 //! `ok` has no problems and `bad` has one, judged before any snapshot is compared. Write snapshots with
 //! `INSTA_UPDATE=always cargo test --test suite`, and read them.
 //!
-//! A `plan` case is a TOML file: `domain`, `world`, `expect` ("plan" or "no plan") and optionally `task`, `seed`, `branching`,
-//! `best`, `actions`, `at_least_alternatives`; every plan found is accepted by the validator before its snapshot is compared.
+//! A `plan` case is a TOML file: `domain`, `expect` ("plan" or "no plan") and optionally `world`, `task`, `seed`, `branching`,
+//! `best`, `plan` (the actions: `["Pick(PR2, CUP)"]`), `actions` (their number), `cost`, `at_least_alternatives`. Without a
+//! `world` the symbols alone are planned. Every plan found is accepted by the validator before its snapshot is compared.
 //!
 //! A `check` case may begin with lines that stand for a world file:
 //! `//# entity CUP Object`, `//# agent PR2 [TYPE]`, `//# shared Object.isOn isOn`, `//# value CUP.weight 0.3`
@@ -49,15 +50,35 @@ fn show(problems: &Problems, sources: &Sources) -> String {
     render::render(problems, sources, false)
 }
 
+/// What the file says, without places.
+fn content(ast: &syntax::ast::File) -> String {
+    let text = format!("{ast:?}");
+    let mut parts = text.split("Span {");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |out, part| {
+        // A span has a file of its own, in one more pair of parentheses.
+        out + part.split_once('}').map_or("", |(_, rest)| rest)
+    })
+}
+
+/// Formatting changes neither what a file says nor its comments, and nothing the second time.
 fn parse_ok(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, problems) = syntax::parse(file, &text);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
-    let printed = syntax::print(&ast);
-    let (again, problems) = syntax::parse(file, &printed);
-    assert!(problems.0.is_empty(), "printed text parses: {problems:?}\n{printed}");
-    assert_eq!(printed, syntax::print(&again), "printing is stable");
-    snapshot(path, &printed)
+    let formatted = syntax::format(file, &text).expect("a file without errors");
+    let (again, problems) = syntax::parse(file, &formatted);
+    assert!(
+        problems.0.is_empty(),
+        "formatted text parses: {problems:?}\n{formatted}"
+    );
+    assert_eq!(content(&ast), content(&again), "the same content\n{formatted}");
+    assert_eq!(
+        syntax::format(file, &formatted).expect("no errors"),
+        formatted,
+        "stable"
+    );
+    snapshot(path, &formatted)
 }
 
 fn parse_bad(path: &Path) -> Outcome {
@@ -79,6 +100,34 @@ fn check_bad(path: &Path) -> Outcome {
     let (_, problems) = compile(file, &text);
     assert!(!problems.0.is_empty(), "no problem found");
     snapshot(path, &show(&problems, &sources))
+}
+
+/// Reads and checks a domain of several files, as the program does.
+fn load_domain(path: &Path) -> datatest_stable::Result<(Option<ir::Domain>, String, bool)> {
+    let mut sources = Sources::default();
+    let name = path.to_str().ok_or("a case has a name")?.replace('\\', "/");
+    let paths = sgap::load::Paths {
+        domain: &name,
+        ..Default::default()
+    };
+    let (domain, problems) = sgap::load::check_domain(&paths, &mut sources, &planning::Disk);
+    Ok((
+        domain,
+        show(&problems.clone().sorted(), &sources),
+        problems.0.is_empty(),
+    ))
+}
+
+fn load_ok(path: &Path) -> Outcome {
+    let (domain, shown, is_right) = load_domain(path)?;
+    assert!(is_right, "{shown}");
+    snapshot(path, &ir::dump(&domain.ok_or("no problem, so a domain")?))
+}
+
+fn load_bad(path: &Path) -> Outcome {
+    let (_, shown, is_right) = load_domain(path)?;
+    assert!(!is_right, "no problem found");
+    snapshot(path, &shown)
 }
 
 /// Compiles the case with the world that its first lines describe.
@@ -222,7 +271,7 @@ fn page(path: &Path) -> Outcome {
     Ok(())
 }
 
-/// The domains that come with the program compile, without a world as far as they name no entity of one.
+/// The domains that come with the program are formatted, and compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
     let (ast, mut problems) = syntax::parse(file, &text);
@@ -230,6 +279,7 @@ fn domains(path: &Path) -> Outcome {
         problems.extend(check::compile(&[ast], &Given::default()).1);
     }
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
+    assert_eq!(syntax::format(file, &text).expect("no errors"), text, "run `sgap fmt`");
     Ok(())
 }
 
@@ -251,7 +301,7 @@ impl Expected {
     }
 }
 
-const PLAN_KEYS: [&str; 9] = [
+const PLAN_KEYS: [&str; 11] = [
     "domain",
     "world",
     "task",
@@ -259,7 +309,9 @@ const PLAN_KEYS: [&str; 9] = [
     "branching",
     "best",
     "expect",
+    "plan",
     "actions",
+    "cost",
     "at_least_alternatives",
 ];
 
@@ -272,8 +324,10 @@ fn plan(path: &Path) -> Outcome {
         panic!("a plan case has no key `{key}`");
     }
     let domain = expected.text("domain").ok_or("a case names its domain")?;
-    let world = expected.text("world").ok_or("a case names its world")?;
-    let defaults = Case::new(domain, world);
+    let defaults = match expected.text("world") {
+        Some(world) => Case::new(domain, world),
+        None => Case::symbolic(domain),
+    };
     let case = Case {
         task: expected.text("task"),
         seed: expected.number("seed").unwrap_or(defaults.seed),
@@ -293,6 +347,22 @@ fn plan(path: &Path) -> Outcome {
     let mut shown = String::new();
     match (expected.text("expect"), &planned.plan) {
         (Some("plan"), Some(plan)) => {
+            if let Some(actions) = expected.table.get("plan").and_then(toml::Value::as_array) {
+                let wanted: Vec<&str> = actions.iter().filter_map(toml::Value::as_str).collect();
+                let found = plan.actions.iter();
+                let found: Vec<String> = found
+                    .map(|a| format!("{}({})", a.name, a.arguments.join(", ")))
+                    .collect();
+                assert_eq!(found, wanted, "the actions");
+            }
+            if let Some(cost) = expected.table.get("cost") {
+                let cost = cost.as_float().or_else(|| cost.as_integer().map(|c| c as f64));
+                assert!(
+                    (plan.cost - cost.ok_or("a cost is a number")?).abs() < 1e-9,
+                    "cost {}",
+                    plan.cost
+                );
+            }
             if let Some(n) = expected.number("actions") {
                 assert_eq!(plan.actions.len() as u64, n, "actions");
             }
@@ -341,6 +411,8 @@ datatest_stable::harness! {
     { test = parse_bad, root = "tests/suite/parse/bad", pattern = r"\.hatp$" },
     { test = check_ok, root = "tests/suite/check/ok", pattern = r"\.hatp$" },
     { test = check_bad, root = "tests/suite/check/bad", pattern = r"\.hatp$" },
+    { test = load_ok, root = "tests/suite/load/ok", pattern = r"^[^/]*\.hatp$" },
+    { test = load_bad, root = "tests/suite/load/bad", pattern = r"^[^/]*\.hatp$" },
     { test = documented, root = "src/syntax", pattern = r"\.rs$" },
     { test = documented, root = "src/check", pattern = r"\.rs$" },
     { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },

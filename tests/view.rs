@@ -11,7 +11,7 @@ mod browser;
 mod small_world;
 
 use serde_json::{Value, json};
-use sgap::{geom::Pose, plan::PoseDocument, report::html};
+use sgap::{geom::Pose, plan::PoseDocument, report::html, world::World};
 
 use browser::{Graphics, open};
 use small_world::{FOREARM, RIGHT_FINGER, box_pose, link_poses, pick_and_place, placed_box, small_world};
@@ -175,6 +175,43 @@ fn controls_move_the_time() {
     assert_eq!(report.value, expected);
 }
 
+#[test]
+fn lanes_tree_and_details_follow_the_time() {
+    let script = r##"
+        const text = (selector) => [...document.querySelectorAll(selector)].map((e) => e.textContent);
+        const facts = () => Object.fromEntries(text("#facts dt").map((name, i) => [name, text("#facts dd")[i]]));
+        const seen = { lanes: text("#lane-names li"), bars: text(".bar"), tree: text("#tree .what"), waits: document.querySelectorAll(".wait").length };
+        const [first, second] = document.querySelectorAll(".bar");
+        seen.left = second.style.left;
+        second.click();
+        seen.current = [text(".bar[aria-current]"), text("#tree [aria-current] b"), text("#list [aria-current] b")].flat();
+        seen.title = text("#details-title")[0];
+        seen.facts = facts();
+        seen.head = document.querySelector(".head").style.left;
+        document.querySelector("#tree button").click(); // closes the root
+        seen.open = [...document.querySelectorAll("#tree li")].filter((row) => !row.hidden).length;
+        document.getElementById("tab-tree").click();
+        seen.shown = [document.getElementById("list").hidden, document.getElementById("tree").hidden];
+        return seen;"##;
+    let Some(report) = open(&page_with_plan(), "", Graphics::Software, script) else {
+        return;
+    };
+    assert_eq!(report.complaints, [""; 0]);
+    // 2.5 s of 4.5 s, as the browser rounds it.
+    let second = "55.5556%";
+    let facts = json!({ "who": "ARM", "when": "2.50 – 4.50 s, lasts 2 to 2 s", "hand": "only, grasp side",
+        "solution": "the first", "cost": "1" });
+    assert_eq!(
+        report.value,
+        json!({
+            "lanes": ["ARM"], "bars": ["Pick", "Place"], "waits": 1, "left": second, "head": second,
+            "tree": ["Move(ARM, BOX) way 1", "Pick(ARM, BOX)", "Place(ARM, BOX)"],
+            "current": ["Place", "Place", "Place"], "title": "Place(ARM, BOX, TABLE)", "facts": facts, "open": 1,
+            "shown": [true, false],
+        })
+    );
+}
+
 const MESSAGE: &str = r##"
     const box = document.getElementById("message");
     return { message: box.hidden ? "" : box.textContent, player: !document.getElementById("player").hidden,
@@ -192,6 +229,25 @@ fn a_world_alone_has_no_player() {
     assert_eq!(report.value["player"], false);
     assert_eq!(report.value["list"], json!(["ARM", "TABLE", "BOX"]));
     assert_same(&report.value["box"], &start.objects[1].X_WO, "box");
+}
+
+#[test]
+fn a_plan_on_symbols_alone_has_lanes_and_no_picture() {
+    let World { scene, start, .. } = World::empty();
+    let mut plan = pick_and_place();
+    plan.actions.iter_mut().for_each(|action| action.geometry = None);
+    let page = html::page(&scene, &start, Some(&plan), "symbols");
+    assert_eq!(data(&page, "three-data"), "");
+    let script = r##"
+        document.querySelectorAll(".bar")[1].click();
+        return { picture: !document.getElementById("view").hidden, message: document.getElementById("message").textContent,
+                 duration: sgap.duration, current: document.querySelector("#list [aria-current] .what").textContent };"##;
+    let Some(report) = open(&page, "", Graphics::Software, script) else {
+        return;
+    };
+    assert_eq!(report.complaints, [""; 0]);
+    let expected = json!({ "picture": false, "message": "", "duration": 4.5, "current": "Place(ARM, BOX, TABLE)" });
+    assert_eq!(report.value, expected);
 }
 
 #[test]

@@ -242,8 +242,8 @@ fn unreadable_files_are_told() {
         let (_, problems, sources) = load(path);
         render::render_concise(&problems, &sources)
     };
-    insta::assert_snapshot!(message("worlds/none.toml"), @"error: world::unreadable-file: can't read the world file `worlds/none.toml`: no such file");
-    insta::assert_snapshot!(message("worlds"), @"error: world::unreadable-file: can't read the world file `worlds`: it is a folder");
+    insta::assert_snapshot!(message("worlds/none.toml"), @"error[world::unreadable-file]: can't read the world file `worlds/none.toml`: no such file");
+    insta::assert_snapshot!(message("worlds"), @"error[world::unreadable-file]: can't read the world file `worlds`: it is a folder");
 }
 
 /// Compares the link poses of a tree with those of a reference file, by joint and link name.

@@ -2,11 +2,11 @@
 
 use super::functions::{self, Functions, Value};
 use super::kinds::Kind;
-use super::names::Names;
+use super::names::{Asks, Names};
 use super::problems;
 use crate::diag::suggest::nearest;
 use crate::diag::{Problem, Problems};
-use crate::ir::{self, ArithmeticOp, AttributeId, Expr, Var};
+use crate::ir::{self, ArithmeticOp, AttributeId, Base, Expr, Var};
 use crate::source::Span;
 use crate::syntax::ast::{self, ExprKind, Name};
 
@@ -179,20 +179,19 @@ impl Walk<'_> {
                     return (nothing(), Kind::Unknown);
                 }
             };
-            let element_fits = match (of, right_kind) {
-                (Some(of), kind) => kind.fits(Kind::Entity(of), &self.names.domain),
-                (None, Kind::Entity(_) | Kind::Unknown) => true,
-                (None, _) => false,
+            let element_fits = match of {
+                Some(_) => right_kind.fits(Kind::element(of), &self.names.domain),
+                None => right_kind == Kind::Unknown || right_kind.base().is_some(),
             };
             if !element_fits {
-                let wanted = of.map_or_else(|| "an entity".into(), |of| self.words(Kind::Entity(of)));
+                let wanted = self.words(Kind::element(of));
                 let problem = self.mismatch(right.span, &wanted, right_kind);
                 self.problems
-                    .push(problem.help("`+` and `-` add and remove one entity of a set"));
+                    .push(problem.help("`+` and `-` add and remove one member of a set"));
             }
-            let kind = match (of, right_kind) {
-                (None, Kind::Entity(t)) => Kind::Set(Some(t)),
-                _ => left_kind,
+            let kind = match of {
+                None => Kind::Set(right_kind.base()),
+                Some(_) => left_kind,
             };
             return (value, kind);
         }
@@ -212,28 +211,38 @@ impl Walk<'_> {
     }
 
     fn list(&mut self, elements: &[ast::Expr]) -> (Expr, Kind) {
-        let mut of: Option<ir::TypeId> = None;
+        let mut of: Option<Base> = None;
         let mut out = Vec::new();
         for element in elements {
             let (value, kind) = self.single(element);
             out.push(value);
-            match (kind, of) {
-                (Kind::Unknown, _) => {}
-                (Kind::Entity(t), None) => of = Some(t),
-                (Kind::Entity(t), Some(old)) => match self.common_type(old, t) {
-                    Some(common) => of = Some(common),
+            of = match (kind.base(), of) {
+                _ if kind == Kind::Unknown => of,
+                (Some(base), None) => Some(base),
+                (Some(Base::Entity(t)), Some(Base::Entity(old))) => match self.common_type(old, t) {
+                    Some(common) => Some(Base::Entity(common)),
                     None => {
                         let wanted = self.words(Kind::Entity(old));
                         let problem = self.mismatch(element.span, &wanted, kind);
                         self.problems
                             .push(problem.help("the entities of a list need a common type"));
+                        of
                     }
                 },
-                (kind, _) => {
-                    let problem = self.mismatch(element.span, "an entity", kind);
-                    self.problems.push(problem.help("a list holds entities"));
+                (Some(base), Some(old)) if base == old => of,
+                (Some(_), Some(old)) => {
+                    let wanted = self.words(Kind::of(old, false));
+                    let problem = self.mismatch(element.span, &wanted, kind);
+                    self.problems
+                        .push(problem.help("all members of a list are of one kind"));
+                    of
                 }
-            }
+                (None, _) => {
+                    let problem = self.mismatch(element.span, "an entity, a number, a string or a bool", kind);
+                    self.problems.push(problem.help("that is what a list can hold"));
+                    of
+                }
+            };
         }
         (Expr::List(out), Kind::Set(of))
     }
@@ -310,6 +319,12 @@ impl Walk<'_> {
         let ty = match base.1 {
             Kind::Entity(ty) => ty,
             Kind::Unknown => return None,
+            Kind::Any => {
+                let problem = problems::wrong_type(span, "an entity of a type", "an entity of any type");
+                let help = "give the parameter its type: entities of any type have no attributes in common";
+                self.problems.push(problem.help(help));
+                return None;
+            }
             other => {
                 let problem = self.mismatch(span, "an entity", other);
                 self.problems.push(problem.help("only an entity has attributes"));
@@ -379,8 +394,9 @@ impl Walk<'_> {
             let set = self.expect(set, Kind::Set(None));
             return (Value::One(Expr::Size(Box::new(set))), Kind::Number);
         }
+        // A domain's own function comes first: files are older than the prelude's questions.
         let Some((signature, kind)) = self.names.functions.get(name).cloned() else {
-            return self.unknown_call(call);
+            return self.question(call);
         };
         let wanted = std::mem::replace(&mut self.wanted, "number");
         let args = self.arguments("function", call, &signature.params, signature.span);
@@ -402,25 +418,36 @@ impl Walk<'_> {
         }
     }
 
-    /// Reports a call of something that is no function.
+    /// Returns a question to geometry, or to a fact of the domain.
+    fn question(&mut self, call: &ast::Call) -> (Value, Kind) {
+        let name = &call.name.text;
+        let facts = self.names.facts.get(name).map(|q| ("fact", q));
+        let asked = facts.or_else(|| self.names.requests.get(name).map(|q| ("request", q)));
+        let Some((what, question)) = asked.map(|(what, q)| (what, q.clone())) else {
+            return self.unknown_call(call);
+        };
+        let wanted = std::mem::replace(&mut self.wanted, "number");
+        let args = self.arguments(what, call, &question.signature.params, question.signature.span);
+        self.wanted = wanted;
+        let value = match question.asks {
+            Asks::Geometry(request) => Expr::Request { request, args },
+            Asks::Domain(fact) => Expr::Fact { fact, args },
+        };
+        (Value::One(value), question.result)
+    }
+
+    /// Reports a call of something that has no value.
     fn unknown_call(&mut self, call: &ast::Call) -> (Value, Kind) {
         let name = &call.name.text;
         let wanted = std::mem::replace(&mut self.wanted, "number");
         let kinds: Vec<Kind> = call.args.iter().map(|a| self.single(a).1).collect();
         self.wanted = wanted;
         let nowhere = (Value::One(nothing()), Kind::Unknown);
-        if self.names.facts.contains_key(name) {
-            let message = format!("fact `{name}` can't be asked in an expression yet");
-            let help = format!("share it as an attribute, `dynamic set Agent {name} = fact {name};`, and test that");
-            self.problems
-                .push(problems::not_supported(message, call.name.span, help));
-            return nowhere;
-        }
         if self.names.geometrics.contains_key(name) {
-            let message = format!("geometric action `{name}` can't be asked in an expression yet");
-            let help = "a geometric action stands in `projects { }`";
-            self.problems
-                .push(problems::not_supported(message, call.name.span, help));
+            let message = format!("expected a value, found geometric action `{name}`");
+            let label = "a geometric action has no value";
+            let problem = Problem::error("hatp::wrong-type", message, call.name.span, label);
+            self.problems.push(problem.help("it stands in `projects { }`"));
             return nowhere;
         }
         if self.names.tasks.contains_key(name) {
@@ -429,16 +456,9 @@ impl Walk<'_> {
             self.problems.push(problem.help("a task stands in `subtasks { }`"));
             return nowhere;
         }
-        let functions = self.names.functions.keys().map(String::as_str);
-        let near = nearest(name, functions.chain(["size"]));
-        if near.is_none() && self.wanted == "bool" {
-            let message =
-                format!("`{name}` is no function of the domain, and geometric requests in tests are not there yet");
-            let help = "test a shared attribute instead, or define a `function bool`";
-            self.problems
-                .push(problems::not_supported(message, call.name.span, help));
-            return nowhere;
-        }
+        let functions = self.names.functions.keys().chain(self.names.facts.keys());
+        let known = functions.chain(self.names.requests.keys()).map(String::as_str);
+        let near = nearest(name, known.chain(["size"]));
         let params: Vec<String> = kinds
             .iter()
             .enumerate()

@@ -124,30 +124,12 @@ fn measure_with(expr: &Expr, sizes: &[(usize, usize)]) -> (usize, usize) {
     if let Expr::Var(var) = expr {
         return sizes.get(var.index()).copied().unwrap_or(out);
     }
-    each_child(expr, &mut |child| {
+    expr.each_child(&mut |child| {
         let (nodes, depth) = measure_with(child, sizes);
         out.0 = usize::saturating_add(out.0, nodes);
         out.1 = out.1.max(depth + 1);
     });
     out
-}
-
-/// Calls `f` with every direct part of `expr`.
-fn each_child(expr: &Expr, f: &mut dyn FnMut(&Expr)) {
-    match expr {
-        Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
-        Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => f(inner),
-        Expr::List(elements) => elements.iter().for_each(f),
-        Expr::Request { args, .. } | Expr::Fact { args, .. } => args.iter().for_each(f),
-        Expr::Arithmetic { left, right, .. } => {
-            f(left);
-            f(right);
-        }
-        Expr::SetWith { set, element } | Expr::SetWithout { set, element } => {
-            f(set);
-            f(element);
-        }
-    }
 }
 
 fn substitute(expr: &Expr, args: &[Expr]) -> Expr {

@@ -3,7 +3,7 @@
 use super::expr::{Scope, Walk};
 use super::functions::Functions;
 use super::kinds::Kind;
-use super::methods::constant;
+use super::methods::{constant, typed};
 use super::names::{Names, Signature};
 use super::problems;
 use crate::diag::{Label, Problems};
@@ -72,6 +72,8 @@ pub fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain) -> (
             problems.push(problems::not_constant(at.span, message, help));
         }
     }
+    let params = domain.task_params(task).iter();
+    let args = args.map(|args| args.into_iter().zip(params).map(|(v, p)| typed(v, p.base)).collect());
     let goal = args.map(|args| ir::Goal { task, args });
     let goal = goal.filter(|_| !problems.has_errors());
     (goal, problems.sorted())

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::expr::{Scope, Walk};
 use super::functions::Functions;
 use super::kinds::Kind;
-use super::methods::constant;
+use super::methods::{constant, set_of, typed};
 use super::names::Names;
 use super::{Given, GivenLiteral, GivenValue, problems};
 use crate::diag::Problems;
@@ -68,6 +68,9 @@ impl Walk<'_> {
                     .push(problems::overruled(&entity.name, &declared.name, place));
             }
         }
+        let Some(base) = domain.attributes.get(attribute.index()).map(|a| a.base) else {
+            return;
+        };
         let slot = domain
             .attributes
             .get(attribute.index())
@@ -76,17 +79,19 @@ impl Walk<'_> {
             return;
         };
         match (assignment.op, value) {
-            (AssignOp::Set, value) => *initial = value,
-            (AssignOp::Add, Value::Entity(e)) => change(initial, |set| set.insert(e)),
-            (AssignOp::Remove, Value::Entity(e)) => change(initial, |set| set.remove(e)),
-            (AssignOp::Add | AssignOp::Remove, _) => {}
+            (AssignOp::Set, value) => *initial = typed(value, base),
+            (op @ (AssignOp::Add | AssignOp::Remove), member) => change(initial, op, member),
         }
     }
 }
 
-fn change(value: &mut Value, f: impl FnOnce(&mut crate::ir::EntitySet)) {
-    if let Value::Set(set) = value {
-        f(Arc::make_mut(set));
+fn change(set: &mut Value, op: AssignOp, member: Value) {
+    match (set, member, op) {
+        (Value::Set(set), Value::Entity(e), AssignOp::Add) => Arc::make_mut(set).insert(e),
+        (Value::Set(set), Value::Entity(e), _) => Arc::make_mut(set).remove(e),
+        (Value::Scalars(set), member, AssignOp::Add) => Arc::make_mut(set).insert(member),
+        (Value::Scalars(set), member, _) => Arc::make_mut(set).remove(&member),
+        _ => {}
     }
 }
 
@@ -126,11 +131,7 @@ fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
         .collect();
     let Some(mut literals) = literals else { return };
     let new = if is_set {
-        let entities = literals.iter().filter_map(|l| match l {
-            Value::Entity(e) => Some(*e),
-            _ => None,
-        });
-        Value::Set(Arc::new(entities.collect()))
+        typed(set_of(literals), base)
     } else if value.is_list || literals.len() != 1 {
         let wanted = Kind::of(base, false).words(&names.domain);
         problems.push(problems::wrong_type(value.span, &wanted, "an array").help("write one value without brackets"));

@@ -11,8 +11,8 @@ pub(super) enum Kind {
     Entity(TypeId),
     /// An entity of any type; only what the prelude declares takes one.
     Any,
-    /// A set of entities; `None` is the empty list, which fits every set.
-    Set(Option<TypeId>),
+    /// A set; `None` is the empty list, which fits every set.
+    Set(Option<Base>),
     Null,
     /// A pair (least, most) [s].
     Duration,
@@ -24,11 +24,27 @@ impl Kind {
     /// Returns the kind of an attribute, parameter or variable.
     pub(super) fn of(base: Base, is_set: bool) -> Self {
         match (base, is_set) {
-            (Base::Number, _) => Kind::Number,
-            (Base::Bool, _) => Kind::Bool,
-            (Base::String, _) => Kind::String,
+            (_, true) => Kind::Set(Some(base)),
+            (Base::Number, false) => Kind::Number,
+            (Base::Bool, false) => Kind::Bool,
+            (Base::String, false) => Kind::String,
             (Base::Entity(t), false) => Kind::Entity(t),
-            (Base::Entity(t), true) => Kind::Set(Some(t)),
+        }
+    }
+
+    /// Returns the kind of a member of a set; the empty list takes any entity.
+    pub(super) fn element(of: Option<Base>) -> Self {
+        of.map_or(Kind::Any, |base| Kind::of(base, false))
+    }
+
+    /// Returns what a set of it would hold; `None` for what no set can hold.
+    pub(super) fn base(self) -> Option<Base> {
+        match self {
+            Kind::Number => Some(Base::Number),
+            Kind::Bool => Some(Base::Bool),
+            Kind::String => Some(Base::String),
+            Kind::Entity(t) => Some(Base::Entity(t)),
+            Kind::Any | Kind::Set(_) | Kind::Null | Kind::Duration | Kind::Unknown => None,
         }
     }
 
@@ -41,7 +57,10 @@ impl Kind {
             Kind::String => "a string".into(),
             Kind::Entity(t) => format!("an entity of type `{}`", type_name(t)),
             Kind::Any => "an entity".into(),
-            Kind::Set(Some(t)) => format!("a set of `{}`", type_name(t)),
+            Kind::Set(Some(Base::Entity(t))) => format!("a set of `{}`", type_name(t)),
+            Kind::Set(Some(Base::Number)) => "a set of numbers".into(),
+            Kind::Set(Some(Base::Bool)) => "a set of bools".into(),
+            Kind::Set(Some(Base::String)) => "a set of strings".into(),
             Kind::Set(None) => "a set".into(),
             Kind::Null => "`NULL`".into(),
             Kind::Duration => "a duration (least, most)".into(),
@@ -57,7 +76,7 @@ impl Kind {
             Kind::Bool => "bool".into(),
             Kind::String => "string".into(),
             Kind::Entity(t) => type_name(t).into(),
-            Kind::Set(Some(t)) => format!("set {}", type_name(t)),
+            Kind::Set(Some(base)) => format!("set {}", Kind::of(base, false).declared(domain)),
             Kind::Any | Kind::Set(None) | Kind::Null => "Agent".into(),
         }
     }
@@ -66,7 +85,8 @@ impl Kind {
     pub(super) fn fits(self, wanted: Kind, domain: &Domain) -> bool {
         match (self, wanted) {
             (Kind::Unknown, _) | (_, Kind::Unknown) => true,
-            (Kind::Entity(a), Kind::Entity(b)) | (Kind::Set(Some(a)), Kind::Set(Some(b))) => domain.is_subtype(a, b),
+            (Kind::Entity(a), Kind::Entity(b)) => domain.is_subtype(a, b),
+            (Kind::Set(Some(a)), Kind::Set(Some(b))) => Kind::of(a, false).fits(Kind::of(b, false), domain),
             (Kind::Entity(_), Kind::Any) | (Kind::Set(_), Kind::Set(None)) | (Kind::Set(None), Kind::Set(_)) => true,
             (a, b) => a == b,
         }

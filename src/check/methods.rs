@@ -1,5 +1,7 @@
 //! Methods: goal, decompositions, SELECT and `let`, subtasks and their order (thesis 4.3.2.2).
 
+use std::sync::Arc;
+
 use indexmap::IndexMap;
 
 use super::expr::{Bound, Scope, Walk};
@@ -9,7 +11,7 @@ use super::names::Names;
 use super::problems;
 use super::tasks::{kinds_of, params};
 use crate::diag::{Problem, Problems};
-use crate::ir::{self, Binder, Expr, SelectOrder, Var};
+use crate::ir::{self, Base, Binder, Expr, SelectOrder, Var};
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, SelectKind, Step};
 
@@ -245,22 +247,45 @@ impl Walk<'_> {
 /// Returns a constant or reports why the expression is none.
 pub(super) fn constant(expr: &Expr, span: Span, problems: &mut Problems) -> Option<ir::Value> {
     let value = match expr {
-        Expr::Const(value) => Some(value.clone()),
-        Expr::List(elements) => elements
-            .iter()
-            .map(|e| match e {
-                Expr::Const(ir::Value::Entity(e)) => Some(*e),
-                _ => None,
-            })
-            .collect::<Option<ir::EntitySet>>()
-            .map(|set| ir::Value::Set(std::sync::Arc::new(set))),
-        other => super::functions::constant_number(other)
-            .filter(|x| x.is_finite())
-            .map(ir::Value::Number),
+        Expr::List(elements) => elements.iter().map(scalar).collect::<Option<Vec<_>>>().map(set_of),
+        other => scalar(other),
     };
     if value.is_none() {
-        let help = "write a number, a string, `true`, `false`, `NULL`, an entity or a list of entities";
+        let help = "write a number, a string, `true`, `false`, `NULL`, an entity or a list";
         problems.push(problems::not_constant(span, "a constant is needed here", help));
     }
     value
+}
+
+fn scalar(expr: &Expr) -> Option<ir::Value> {
+    match expr {
+        Expr::Const(value) => Some(value.clone()),
+        other => super::functions::constant_number(other)
+            .filter(|x| x.is_finite())
+            .map(ir::Value::Number),
+    }
+}
+
+/// Returns the set with these members, which are of one kind.
+pub(super) fn set_of(members: Vec<ir::Value>) -> ir::Value {
+    if matches!(members.first(), Some(ir::Value::Entity(_)) | None) {
+        let entities = members.iter().filter_map(|m| match m {
+            ir::Value::Entity(e) => Some(*e),
+            _ => None,
+        });
+        return ir::Value::Set(Arc::new(entities.collect()));
+    }
+    let mut set = ir::ScalarSet::default();
+    members.into_iter().for_each(|m| set.insert(m));
+    ir::Value::Scalars(Arc::new(set))
+}
+
+/// Returns the value; an empty set as one of what it is meant to hold.
+pub(super) fn typed(set: ir::Value, base: Base) -> ir::Value {
+    match (&set, base) {
+        (ir::Value::Set(members), Base::Number | Base::Bool | Base::String) if members.is_empty() => {
+            ir::Value::Scalars(Default::default())
+        }
+        _ => set,
+    }
 }

@@ -8,6 +8,7 @@
 //! `duration` lasts as long as its motions, else no time.
 
 mod expr;
+mod facts;
 mod functions;
 mod goal;
 mod initial;
@@ -16,6 +17,7 @@ mod methods;
 mod names;
 mod order;
 mod problems;
+mod settings;
 mod tasks;
 mod test;
 
@@ -91,6 +93,8 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     let mut names = names::Names::collect(&items, given, &mut problems);
     names.share_given(given, &mut problems);
     let functions = functions::compile(&items, &mut names, &mut problems);
+    facts::compile(&items, &mut names, &functions, &mut problems);
+    settings::fill(&items, &mut names, &mut problems);
     initial::fill(&items, given, &mut names, &functions, &mut problems);
     for item in &items {
         match item {
@@ -115,27 +119,22 @@ fn unsupported(item: &ast::Item) -> Option<Problem> {
     let builtin = |span: Span| span.file == PRELUDE;
     match item {
         ast::Item::TimePart(span) => Some(problems::time_part(*span)),
-        ast::Item::Import(import) => {
-            let help = "give all files on the command line, or join them";
-            Some(problems::not_supported("`import` is not there yet", import.span, help))
-        }
         ast::Item::Request(r) if !builtin(r.span) => {
             let message = "a domain can't define requests";
             let help = "use those of the prelude, or a `fact` with a body";
             Some(problems::not_supported(message, r.name.span, help))
-        }
-        ast::Item::Settings(s) => {
-            let help = "use the options of the command line";
-            Some(problems::not_supported("`settings` is not there yet", s.span, help))
         }
         ast::Item::Geometric(g) if !builtin(g.span) => {
             let message = "a domain can't define geometric actions yet";
             let help = "use those of the prelude: `pick`, `place`, `placeReachable`";
             Some(problems::not_supported(message, g.name.span, help))
         }
-        ast::Item::Fact(f) if !builtin(f.span) => {
-            let message = "a domain can't define facts yet";
-            let help = "use those of the prelude: `isOn`, `isReachable`, `isVisible`, `hasInHand`";
+        ast::Item::Fact(f) if f.body.is_none() && !builtin(f.span) => {
+            let message = format!(
+                "fact `{}` has no meaning, and geometry knows none of that name",
+                f.name.text
+            );
+            let help = "write its tests in braces: `{ distance(A, B) < 0.5; }`";
             Some(problems::not_supported(message, f.name.span, help))
         }
         ast::Item::Function(f) if f.body.is_none() && !builtin(f.span) => {

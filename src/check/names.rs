@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 
 use super::{Given, PRELUDE, kinds::Kind, problems};
 use crate::diag::{Problem, Problems};
-use crate::ir::{self, Base, Domain, EntityId, StringId, TypeId};
+use crate::ir::{self, Base, Domain, EntityId, FactId, RequestId, StringId, TypeId};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Param};
 
@@ -24,6 +24,21 @@ pub(super) struct Signature {
     pub span: Span,
 }
 
+/// A question with a truth value or a number for an answer.
+#[derive(Debug, Clone)]
+pub(super) struct Question {
+    pub signature: Signature,
+    pub result: Kind,
+    pub asks: Asks,
+}
+
+/// Who answers a question.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asks {
+    Geometry(RequestId),
+    Domain(FactId),
+}
+
 /// All names of a domain; `domain` has the types, entities and attributes already.
 #[derive(Debug, Default)]
 pub(super) struct Names {
@@ -32,7 +47,8 @@ pub(super) struct Names {
     pub entities: IndexMap<String, (EntityId, Option<Span>)>,
     /// Places of `domain.attributes`.
     pub attribute_spans: Vec<Span>,
-    pub facts: IndexMap<String, Signature>,
+    pub facts: IndexMap<String, Question>,
+    pub requests: IndexMap<String, Question>,
     pub geometrics: IndexMap<String, Signature>,
     /// With the kind of the result.
     pub functions: IndexMap<String, (Signature, Kind)>,
@@ -124,7 +140,9 @@ impl Names {
     /// Returns the type of entities of that name, or reports it.
     pub(super) fn type_named(&self, name: &Name, problems: &mut Problems) -> Option<TypeId> {
         let found = self.types.get(&name.text).map(|t| t.0);
-        if found.is_none() {
+        if found.is_none() && ["number", "int", "float", "bool", "string"].contains(&name.text.as_str()) {
+            problems.push(problems::no_entities(name));
+        } else if found.is_none() {
             let candidates = self.types.keys().map(String::as_str);
             problems.push(problems::unknown(
                 "hatp::unknown-type",
@@ -231,21 +249,22 @@ impl Names {
     }
 
     /// Returns the kind of a parameter, or reports its type.
-    fn param_kind(&self, param: &Param, problems: &mut Problems) -> Kind {
-        if param.ty.text == "any" && param.ty.span.file == PRELUDE {
+    fn param_kind(&self, param: &Param, may_be_any: bool, problems: &mut Problems) -> Kind {
+        if param.ty.text == "any" && (may_be_any || param.ty.span.file == PRELUDE) {
             return Kind::Any;
         }
         match self.base_named(&param.ty, problems) {
-            Some(base) if param.is_set && !matches!(base, Base::Entity(_)) => {
-                problems.push(set_of_values(param.ty.span));
-                Kind::Unknown
-            }
             Some(base) => Kind::of(base, param.is_set),
             None => Kind::Unknown,
         }
     }
 
     fn signature(&self, params: &[Param], span: Span, problems: &mut Problems) -> Signature {
+        self.signature_with(params, span, false, problems)
+    }
+
+    /// As `signature`; `may_be_any` allows parameters of type `any`.
+    fn signature_with(&self, params: &[Param], span: Span, may_be_any: bool, problems: &mut Problems) -> Signature {
         let mut seen: IndexMap<&str, Span> = IndexMap::new();
         let mut out = Vec::new();
         for param in params {
@@ -257,7 +276,7 @@ impl Names {
                     Some(first),
                 ));
             }
-            out.push((param.name.text.clone(), self.param_kind(param, problems)));
+            out.push((param.name.text.clone(), self.param_kind(param, may_be_any, problems)));
         }
         Signature { params: out, span }
     }
@@ -286,9 +305,12 @@ impl Names {
                         self.functions.insert(f.name.text.clone(), (signature, result));
                     }
                 }
-                Item::Fact(fact) if fact.span.file == PRELUDE => {
-                    let signature = self.signature(&fact.params, fact.name.span, problems);
-                    self.facts.insert(fact.name.text.clone(), signature);
+                Item::Fact(fact) => self.collect_fact(fact, problems),
+                Item::Request(request) if request.span.file == PRELUDE => {
+                    let signature = self.signature(&request.params, request.name.span, problems);
+                    let base = self.base_named(&request.result, problems).unwrap_or(Base::Bool);
+                    let question = self.ask_geometry(&request.name.text, signature, base);
+                    self.requests.insert(request.name.text.clone(), question);
                 }
                 Item::Geometric(g) if g.span.file == PRELUDE => {
                     let signature = self.signature(&g.params, g.name.span, problems);
@@ -297,6 +319,48 @@ impl Names {
                 _ => {}
             }
         }
+    }
+
+    /// Returns a question that geometry answers.
+    fn ask_geometry(&mut self, name: &str, signature: Signature, result: Base) -> Question {
+        let id = RequestId(self.domain.requests.len() as u32);
+        self.domain.requests.push(ir::Request {
+            name: name.into(),
+            result,
+        });
+        Question {
+            signature,
+            result: Kind::of(result, false),
+            asks: Asks::Geometry(id),
+        }
+    }
+
+    fn collect_fact(&mut self, fact: &ast::Fact, problems: &mut Problems) {
+        let name = &fact.name;
+        if fact.span.file == PRELUDE {
+            let signature = self.signature(&fact.params, name.span, problems);
+            let question = self.ask_geometry(&name.text, signature, Base::Bool);
+            self.facts.insert(name.text.clone(), question);
+            return;
+        }
+        if let Some(first) = self.facts.get(&name.text).map(|q| q.signature.span) {
+            problems.push(problems::duplicate("fact", &name.text, name.span, Some(first)));
+            return;
+        }
+        let signature = self.signature_with(&fact.params, name.span, true, problems);
+        let id = FactId(self.domain.facts.len() as u32);
+        self.domain.facts.push(ir::Fact {
+            name: name.text.clone(),
+            params: signature.params.iter().map(|p| p.0.clone()).collect(),
+            n_vars: signature.params.len(),
+            body: ir::Test::always(),
+        });
+        let question = Question {
+            signature,
+            result: Kind::Bool,
+            asks: Asks::Domain(id),
+        };
+        self.facts.insert(name.text.clone(), question);
     }
 
     fn collect_attributes(&mut self, items: &[&Item], problems: &mut Problems) {
@@ -350,10 +414,10 @@ impl Names {
                     entity: EntityId(e as u32),
                     attribute: ir::AttributeId(a as u32),
                 });
-                self.domain.initial.push(if attribute.is_set {
-                    ir::Value::Set(Default::default())
-                } else {
-                    ir::Value::Null
+                self.domain.initial.push(match (attribute.is_set, attribute.base) {
+                    (false, _) => ir::Value::Null,
+                    (true, Base::Entity(_)) => ir::Value::Set(Default::default()),
+                    (true, Base::Number | Base::Bool | Base::String) => ir::Value::Scalars(Default::default()),
                 });
             }
         }
@@ -373,10 +437,6 @@ impl Names {
         let Some(base) = self.base_named(&attribute.base, problems) else {
             return;
         };
-        if attribute.is_set && !matches!(base, Base::Entity(_)) {
-            problems.push(set_of_values(attribute.base.span));
-            return;
-        }
         let declared = ir::Attribute {
             name: name.text.clone(),
             owner,
@@ -396,7 +456,7 @@ impl Names {
 
     /// Makes attribute `id` read from `fact`, if it fits.
     fn share(&mut self, id: usize, fact: &str, span: Span, problems: &mut Problems) {
-        let Some(signature) = self.facts.get(fact) else {
+        let Some(Question { signature, .. }) = self.facts.get(fact) else {
             let candidates = self.facts.keys().map(String::as_str);
             problems.push(problems::unknown("hatp::unknown-fact", "fact", fact, span, candidates));
             return;
@@ -404,8 +464,6 @@ impl Names {
         let Some(attribute) = self.domain.attributes.get(id) else {
             return;
         };
-        let owner_kind = Kind::Entity(attribute.owner);
-        let base_kind = Kind::of(attribute.base, false);
         let name = &attribute.name;
         if let Some(old) = attribute.fact.as_deref().filter(|old| *old != fact) {
             let message = format!("`{name}` is read from fact `{old}` in the domain and from `{fact}` here");
@@ -417,21 +475,43 @@ impl Names {
             problems.push(problems::wrong_fact(message, span, "declare the attribute `dynamic`"));
             return;
         }
+        let (owner, holds) = (
+            Kind::Entity(attribute.owner),
+            Kind::of(attribute.base, attribute.is_set),
+        );
+        let params: Vec<String> = signature
+            .params
+            .iter()
+            .map(|(n, k)| format!("{} {n}", word_of(*k, &self.domain)))
+            .collect();
+        let shown = format!("{fact}({})", params.join(", "));
         let kinds: Vec<Kind> = signature.params.iter().map(|p| p.1).collect();
-        let [subject, object] = kinds[..] else { return };
-        for (part, kind, wanted) in [("of", owner_kind, subject), ("holding", base_kind, object)] {
+        // Each is what stands there, and what the fact wants there.
+        let (parts, help) = match kinds[..] {
+            [subject, object] => (
+                vec![
+                    ("of", owner, subject),
+                    ("holding", Kind::of(attribute.base, false), object),
+                ],
+                format!("the fact is `{shown}`: the attribute stands on the first and holds the second"),
+            ),
+            [subject] => (
+                vec![("of", owner, subject), ("holding", holds, Kind::Bool)],
+                format!("the fact is `{shown}`: the attribute stands on its parameter and holds a bool"),
+            ),
+            _ => {
+                let message = format!(
+                    "fact `{shown}` is about {} entities, and an attribute has room for one or two",
+                    kinds.len()
+                );
+                problems.push(problems::wrong_fact(message, span, "ask it in a test instead"));
+                return;
+            }
+        };
+        for (part, kind, wanted) in parts {
             if !kind.fits(wanted, &self.domain) {
                 let (kind, wanted) = (kind.words(&self.domain), wanted.words(&self.domain));
                 let message = format!("fact `{fact}` needs {wanted}, and `{name}` is an attribute {part} {kind}");
-                let params: Vec<String> = signature
-                    .params
-                    .iter()
-                    .map(|(n, k)| format!("{} {n}", word_of(*k, &self.domain)))
-                    .collect();
-                let help = format!(
-                    "the fact is `{fact}({})`: the attribute stands on the first and holds the second",
-                    params.join(", ")
-                );
                 problems.push(problems::wrong_fact(message, span, help));
                 return;
             }
@@ -561,12 +641,4 @@ fn word_of(kind: Kind, domain: &Domain) -> String {
     } else {
         kind.declared(domain)
     }
-}
-
-fn set_of_values(span: Span) -> Problem {
-    problems::not_supported(
-        "a set can hold entities only",
-        span,
-        "use `atom`, or a type of entities",
-    )
 }

@@ -34,6 +34,13 @@ pub(super) fn unknown<'a>(
     Problem::error(code, format!("unknown {what} `{name}`"), span, "not declared").maybe_help(help)
 }
 
+/// A type of entities is wanted, and this is a type of values.
+pub(super) fn no_entities(name: &Name) -> Problem {
+    let message = format!("`{}` is no type of entities", name.text);
+    Problem::error("hatp::unknown-type", message, name.span, "nothing to go through")
+        .help("FORALL, EXIST and SELECT go through the entities of a type, and only these have attributes")
+}
+
 /// `name` is the type that the world file gives to `entity`, at the entity's place.
 pub(super) fn unknown_type_of<'a>(entity: &str, name: &Name, candidates: impl IntoIterator<Item = &'a str>) -> Problem {
     let mut problem = unknown("hatp::unknown-type", "type", &name.text, name.span, candidates);
@@ -164,6 +171,30 @@ pub(super) fn overruled(entity: &str, attribute: &str, span: Span) -> Problem {
     let message = format!("`{entity}.{attribute}` is read from geometry, and this value is not used");
     Problem::warning("hatp::overruled", message, span, "has no effect")
         .help("remove the line; where things stand is in the world file")
+}
+
+pub(super) fn not_projected(action: &Name, span: Span) -> Problem {
+    let message = format!("action `{}` has constraints and projects nothing", action.text);
+    Problem::error(
+        "hatp::not-projected",
+        message,
+        span,
+        "there is no world that the action leads to",
+    )
+    .note(action.span, "this action")
+    .help("add `projects { ... }`, or write them into `preconditions`")
+}
+
+pub(super) fn state_in_fact(fact: &Name, culprit: &str, span: Span) -> Problem {
+    let message = format!("fact `{}` reads `{culprit}`, which actions change", fact.text);
+    Problem::error("hatp::state-in-fact", message, span, "a fact is about the world alone")
+        .help("declare the attribute `static`, or test it where the fact is asked")
+}
+
+pub(super) fn recursive_fact(name: &Name) -> Problem {
+    let message = format!("fact `{}` asks itself", name.text);
+    Problem::error("hatp::recursive-function", message, name.span, "needs its own answer")
+        .help("recursion belongs in methods")
 }
 
 pub(super) fn recursive(name: &Name) -> Problem {

@@ -13,10 +13,8 @@ use crate::syntax::ast::{self, AssignOp, Clause};
 /// Returns the parameters; a faulty one gets any base, since its domain is never used.
 pub(super) fn params(params: &[ast::Param], kinds: &[(String, Kind)]) -> Vec<ir::Param> {
     let base = |kind: Kind| match kind {
-        Kind::Number => Base::Number,
-        Kind::Bool => Base::Bool,
-        Kind::Entity(t) | Kind::Set(Some(t)) => Base::Entity(t),
-        _ => Base::String,
+        Kind::Set(Some(base)) => base,
+        kind => kind.base().unwrap_or(Base::String),
     };
     let params = params.iter().zip(kinds);
     params
@@ -89,16 +87,19 @@ pub(super) fn action(
         match clause {
             Clause::Preconditions(tests, _) => out.preconditions = walk.tests(tests),
             Clause::Projects(call, _) => out.projects = walk.projection(call),
-            Clause::Constraints(_, span) => {
-                let help = "test shared attributes in the preconditions of a later action";
-                let message = "`constraints` are not there yet";
-                walk.problems.push(problems::not_supported(message, *span, help));
-            }
+            Clause::Constraints(tests, _) => out.constraints = walk.tests(tests),
             Clause::Alternatives(expr, _) => out.alternatives = walk.alternatives(expr),
             Clause::Effects(effects, _) => out.effects = walk.effects(effects),
             Clause::Cost(expr, _) => out.cost = walk.cost(expr),
             Clause::Duration(expr, _) => out.duration = walk.duration(expr),
         }
+    }
+    let constraints = action.clauses.iter().find_map(|c| match c {
+        Clause::Constraints(_, span) => Some(*span),
+        _ => None,
+    });
+    if let Some(span) = constraints.filter(|_| !seen.contains(&"projects")) {
+        walk.problems.push(problems::not_projected(&action.name, span));
     }
     if out.projects.is_some() {
         if !seen.contains(&"cost") {
@@ -281,7 +282,7 @@ impl Walk<'_> {
         let span = assignment.value.span;
         let wanted = match (assignment.op, kind) {
             (AssignOp::Set, _) => kind,
-            (_, Kind::Set(of)) => of.map_or(Kind::Any, Kind::Entity),
+            (_, Kind::Set(of)) => Kind::element(of),
             (_, other) => {
                 let mark = if assignment.op == AssignOp::Add { "<<=" } else { "=>>" };
                 let message = format!("`{mark}` changes a set, and this attribute holds {}", self.words(other));
@@ -295,7 +296,9 @@ impl Walk<'_> {
             let words = self.words(wanted);
             let problem = self.mismatch(span, &words, found);
             self.problems.push(match (kind, found, assignment.op) {
-                (Kind::Set(_), Kind::Entity(_), AssignOp::Set) => problem.help("write `<<=` to add it to the set"),
+                (Kind::Set(of), found, AssignOp::Set) if found.fits(Kind::element(of), &self.names.domain) => {
+                    problem.help("write `<<=` to add it to the set")
+                }
                 (Kind::Set(_), Kind::Null, AssignOp::Set) => problem.help("an empty set is written `[]`"),
                 _ => problem,
             });

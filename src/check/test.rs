@@ -88,10 +88,10 @@ impl Walk<'_> {
         let (e, element_kind) = self.single(element);
         let (s, set_kind) = self.single(set);
         match (element_kind, set_kind) {
-            (_, Kind::Unknown) | (Kind::Unknown, Kind::Set(_)) | (Kind::Entity(_) | Kind::Null, Kind::Set(None)) => {}
+            (_, Kind::Unknown | Kind::Set(None)) | (Kind::Unknown, Kind::Set(_)) => {}
             (_, Kind::Set(of)) => {
                 let domain = &self.names.domain;
-                let wanted = of.map_or(Kind::Any, Kind::Entity);
+                let wanted = Kind::element(of);
                 if !(element_kind.fits(wanted, domain) || wanted.fits(element_kind, domain)) {
                     let wanted = self.words(wanted);
                     let problem = self.mismatch(element.span, &wanted, element_kind);

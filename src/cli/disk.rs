@@ -31,6 +31,19 @@ impl Files for Disk {
         String::from_utf8(bytes)
             .map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
     }
+
+    fn list(&self, folder: &str) -> Vec<String> {
+        names_in(folder)
+    }
+}
+
+/// Returns the names in a folder, sorted: the order of a file system says nothing.
+fn names_in(folder: &str) -> Vec<String> {
+    let folder = if folder.is_empty() { "." } else { folder };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.sort();
+    names
 }
 
 fn why(error: &std::io::Error) -> String {

@@ -3,6 +3,7 @@
 mod check;
 mod disk;
 mod facts;
+mod fmt;
 mod output;
 mod plan;
 mod progress;
@@ -17,8 +18,10 @@ use clap::{Args, Parser, Subcommand};
 use disk::Disk;
 use output::{Failure, say};
 use sgap::diag::{Problem, Problems};
-use sgap::load::{Input, load};
+use sgap::ir;
+use sgap::load::{Input, Paths, check_domain, load_paths};
 use sgap::source::Sources;
+use sgap::world::World;
 
 /// Exit codes, documented in `docs/exit-codes.md`.
 pub(crate) mod code {
@@ -56,17 +59,26 @@ enum Command {
     #[command(after_help = "Examples:
   sgap plan domains/three_objects.hatp worlds/three_objects.toml
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
-  sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2")]
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
+  sgap plan dock.hatp --task 'Unload(CRANE, SHIP)'")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
     #[command(after_help = "Example:
-  sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json")]
+  sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json
+  sgap validate dock.hatp plan.json --task 'Unload(CRANE, SHIP)'")]
     Validate(validate::Options),
     /// Look for mistakes in a domain, alone or together with a world
     #[command(after_help = "Examples:
   sgap check domains/three_objects.hatp
-  sgap check domains/three_objects.hatp worlds/three_objects.toml")]
+  sgap check domains/three_objects.hatp worlds/three_objects.toml
+  sgap check dock.hatp --task 'Unload(CRANE, SHIP)'")]
     Check(check::Options),
+    /// Write domain files in the one layout: comments, words and grouping stay
+    #[command(after_help = "Examples:
+  sgap fmt domains/three_objects.hatp
+  sgap fmt --check domains/three_objects.hatp domains/ramification.hatp
+  sgap fmt - < domains/three_objects.hatp")]
+    Fmt(fmt::Options),
     /// Print every geometric fact of a world's start state
     #[command(after_help = "Example:
   sgap facts worlds/three_objects.toml")]
@@ -77,40 +89,91 @@ enum Command {
     View(view::Options),
 }
 
-/// A domain and a world.
+/// A domain, and a world if geometry is to be asked.
 #[derive(Debug, Args)]
 struct Inputs {
-    /// Domain file (.hatp)
+    /// Domain file (.hatp, .dom)
     domain: PathBuf,
-    /// World file (.toml)
-    world: PathBuf,
+    /// World file (.toml); without one the symbols alone are planned
+    world: Option<PathBuf>,
+    /// Another file of the domain, such as the functions that it leaves outside; may be given several times
+    #[arg(long, value_name = "FILE")]
+    with: Vec<PathBuf>,
     /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
 }
 
 impl Inputs {
-    /// Loads both; prints problems and warnings to the standard error.
-    fn load(&self) -> Result<Input, Failure> {
+    /// Reads what is named with `read`; prints problems and warnings to the standard error.
+    fn read<T>(
+        &self,
+        read: impl FnOnce(&Paths<'_>, &mut Sources, &Disk) -> (Option<T>, Problems),
+    ) -> Result<T, Failure> {
         let mut sources = Sources::default();
-        let (domain, world) = (self.domain.to_string_lossy(), self.world.to_string_lossy());
-        let (input, problems) = load(&domain, &world, self.task.as_deref(), &mut sources, &Disk);
-        report(problems, &sources, input)
+        let domain = self.domain.to_string_lossy();
+        let world = self.world.as_ref().map(|w| w.to_string_lossy());
+        let with: Vec<_> = self.with.iter().map(|w| w.to_string_lossy()).collect();
+        let with: Vec<&str> = with.iter().map(AsRef::as_ref).collect();
+        let paths = Paths {
+            domain: &domain,
+            with: &with,
+            world: world.as_deref(),
+            task: self.task.as_deref(),
+        };
+        let (value, problems) = read(&paths, &mut sources, &Disk);
+        report(problems, &sources, value)
     }
 
-    /// Loads both and the task; a world without one is an error that says how to name it.
-    fn load_with_goal(&self) -> Result<(sgap::ir::Domain, sgap::world::World, sgap::ir::Goal), Failure> {
-        let Input { domain, world, goal } = self.load()?;
-        match goal {
-            Some(goal) => Ok((domain, world, goal)),
-            None => {
-                let message = format!("`{}` names no task", self.world.display());
-                let help = "add `task = \"Task(ARGUMENTS)\"` at its top, or give `--task 'Task(ARGUMENTS)'`";
-                let problem = Problem::unplaced("world::no-task", message).help(help);
-                report(Problems(vec![problem]), &Sources::default(), None)
-            }
-        }
+    fn load(&self) -> Result<Input, Failure> {
+        self.read(|paths, sources, files| load_paths(paths, sources, files))
     }
+
+    /// Checks what is named; a domain alone keeps its geometry.
+    fn check(&self) -> Result<ir::Domain, Failure> {
+        if self.world.is_none() && self.task.is_none() {
+            return self.read(|paths, sources, files| check_domain(paths, sources, files));
+        }
+        self.load().map(|input| input.domain)
+    }
+
+    /// Loads what is named with the task; that none is named is an error that says how to.
+    fn load_with_goal(&self) -> Result<Ready, Failure> {
+        let input = self.load()?;
+        let Some(goal) = input.goal else {
+            let (path, help) = match &self.world {
+                Some(world) => (
+                    world,
+                    "add `task = \"Task(ARGUMENTS)\"` at its top, or give `--task 'Task(ARGUMENTS)'`",
+                ),
+                None => (
+                    &self.domain,
+                    "give `--task 'Task(ARGUMENTS)'`, or a world file with `task = \"Task(ARGUMENTS)\"`",
+                ),
+            };
+            let message = format!("`{}` names no task", path.display());
+            let problem = Problem::unplaced("world::no-task", message).help(help);
+            return report(Problems(vec![problem]), &Sources::default(), None);
+        };
+        if input.is_granted {
+            say("note: without a world file the geometry of its actions is taken as granted\n");
+        }
+        Ok(Ready {
+            domain: input.domain,
+            world: input.world,
+            has_world: self.world.is_some(),
+            goal,
+        })
+    }
+}
+
+/// All that a search or a replay needs.
+struct Ready {
+    domain: ir::Domain,
+    /// Empty without a world file.
+    world: World,
+    has_world: bool,
+    goal: ir::Goal,
 }
 
 /// Prints the problems; ends with exit code 1 if there is no value.
@@ -140,6 +203,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
         Command::Check(options) => check::run(options),
+        Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
     };

@@ -1,4 +1,4 @@
-//! `sgap plan DOMAIN WORLD`.
+//! `sgap plan DOMAIN [WORLD]`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
-use super::{Inputs, code};
+use super::{Inputs, Ready, code};
 use sgap::engine::{self, Aim, Budget, Cuts, Ending};
 use sgap::grp::{self, Grp};
 use sgap::plan::Plan;
@@ -82,8 +82,8 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if let Some(path) = &options.output {
         check_place(path)?;
     }
-    let (domain, world, goal) = options.inputs.load_with_goal()?;
-    let plan = search(&domain, &world, &goal, &options.search)?;
+    let ready = options.inputs.load_with_goal()?;
+    let plan = search(&ready, &options.search)?;
     let text = if options.json {
         json::write(&plan).map_err(|e| Failure::Output(format!("can't write the plan as JSON: {e}")))?
     } else {
@@ -93,12 +93,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
 }
 
 /// Plans; without a plan says why on the standard error and fails with its exit code.
-pub(super) fn search(
-    domain: &sgap::ir::Domain,
-    world: &sgap::world::World,
-    goal: &sgap::ir::Goal,
-    options: &SearchOptions,
-) -> Result<Plan, Failure> {
+pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -122,7 +117,7 @@ pub(super) fn search(
     let settings = engine::Settings {
         branching: options.branching,
         aim: if options.best { Aim::Best } else { Aim::First },
-        interleave: options.interleave || domain.settings.interleave,
+        interleave: options.interleave || ready.domain.settings.interleave,
         cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
         budget: Budget {
             expansions: options.max_expansions,
@@ -134,9 +129,20 @@ pub(super) fn search(
         ik_restarts: IK_RESTARTS,
         motion_samples: MOTION_SAMPLES,
     };
-    let mut grp = Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?;
+    let Ready {
+        domain, world, goal, ..
+    } = ready;
+    let mut grp = match ready.has_world {
+        true => Some(Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?),
+        false => None,
+    };
+    let mut granted = engine::Granted::default();
+    let reasoner: &mut dyn engine::Reasoner = match &mut grp {
+        Some(grp) => grp,
+        None => &mut granted,
+    };
     let progress = Progress::new("planning; Ctrl-C ends it with the best plan so far");
-    let outcome = engine::solve(domain, goal, &mut grp, &settings, &stop, &mut |found, statistics| {
+    let outcome = engine::solve(domain, goal, reasoner, &settings, &stop, &mut |found, statistics| {
         if options.best {
             let (n, cost) = (found.steps.len(), found.cost);
             progress.say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
@@ -144,7 +150,8 @@ pub(super) fn search(
     });
     drop(progress);
     if options.stats {
-        say(&statistics(&outcome.statistics, &grp.counts(), begin.elapsed()));
+        let counts = grp.as_ref().map(Grp::counts);
+        say(&statistics(&outcome.statistics, counts.as_ref(), begin.elapsed()));
     }
     match outcome.found {
         Some(found) => {
@@ -153,7 +160,7 @@ pub(super) fn search(
                 say(&format!("{}\n", how_good(outcome.ending, options, timed_out)));
             }
             Ok(engine::document(&found, domain, goal, options.seed, &|gas| {
-                grp.geometry(gas)
+                grp.as_ref().and_then(|grp| grp.geometry(gas))
             }))
         }
         None => {
@@ -205,21 +212,26 @@ fn how_good(ending: Ending, options: &SearchOptions, timed_out: bool) -> String 
     }
 }
 
-fn statistics(engine: &engine::Statistics, geometry: &grp::Counts, time: Duration) -> String {
-    format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} plans\n\
-         projection  {} actions computed, {} alternatives, {} candidates\n\
-         geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts\n",
+fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
+    let mut text = format!(
+        "search      {:.3} s, {} expansions, {} backtracks, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
         engine.plans,
-        engine.projections,
-        engine.alternatives,
-        geometry.candidates,
-        geometry.ik_calls,
-        geometry.motion_plans,
-        geometry.configurations_checked,
-        geometry.facts,
-    )
+    );
+    if let Some(geometry) = geometry {
+        text += &format!(
+            "projection  {} actions computed, {} alternatives, {} candidates\n\
+             geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts\n",
+            engine.projections,
+            engine.alternatives,
+            geometry.candidates,
+            geometry.ik_calls,
+            geometry.motion_plans,
+            geometry.configurations_checked,
+            geometry.facts,
+        );
+    }
+    text
 }

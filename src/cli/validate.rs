@@ -1,4 +1,4 @@
-//! `sgap validate DOMAIN WORLD PLAN.json`.
+//! `sgap validate DOMAIN [WORLD] PLAN.json`.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::disk::Disk;
 use super::output::{Failure, print, say};
-use super::{Inputs, code};
+use super::{Inputs, Ready, code};
 use sgap::diag::{Problem, Problems};
 use sgap::report::json;
 use sgap::source::{Files, Sources};
@@ -14,6 +14,8 @@ use sgap::validate;
 
 /// Which plan, against what.
 #[derive(Debug, Args)]
+// The world may be left out before the plan.
+#[command(allow_missing_positional = true)]
 pub(super) struct Options {
     #[command(flatten)]
     inputs: Inputs,
@@ -22,7 +24,9 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    let (domain, world, goal) = options.inputs.load_with_goal()?;
+    let Ready {
+        domain, world, goal, ..
+    } = options.inputs.load_with_goal()?;
     let path = options.plan.to_string_lossy();
     let plan = Disk.read(&path).and_then(|text| json::read(&text)).or_else(|why| {
         let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));

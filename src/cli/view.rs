@@ -1,4 +1,4 @@
-//! `sgap view DOMAIN WORLD -o page.html`.
+//! `sgap view DOMAIN [WORLD] -o page.html`.
 
 use std::path::{Path, PathBuf};
 
@@ -23,19 +23,18 @@ pub(super) struct Options {
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     check_place(&options.output)?;
-    let (domain, world, goal) = options.inputs.load_with_goal()?;
-    let plan = search(&domain, &world, &goal, &options.search)?;
+    let ready = options.inputs.load_with_goal()?;
+    let plan = search(&ready, &options.search)?;
     let name = |path: &Path| {
         path.file_stem()
             .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
     };
-    let (domain, scene) = (name(&options.inputs.domain), name(&options.inputs.world));
-    let title = if domain == scene {
-        domain
-    } else {
-        format!("{domain}, {scene}")
+    let domain = name(&options.inputs.domain);
+    let title = match options.inputs.world.as_deref().map(name) {
+        Some(scene) if scene != domain => format!("{domain}, {scene}"),
+        _ => domain,
     };
-    let page = html::page(&world.scene, &world.start, Some(&plan), &title);
+    let page = html::page(&ready.world.scene, &ready.world.start, Some(&plan), &title);
     write_file(&options.output, &page)?;
     say(&format!("{} written\n", options.output.display()));
     Ok(())

@@ -1,8 +1,11 @@
-//! Problems of the user's text: as data here, as words and colours in [`render`].
+//! Problems of the user's text: as data here, as words and colours in [`render`], for programs in [`json`].
 //!
 //! Passes collect problems and go on; they are sorted by place at the end. A *problem* is never a search failure
 //! (that is `plan::Refusal`) and never a bug of ours.
 
+pub mod json;
+pub mod levels;
+pub mod pages;
 pub mod render;
 pub mod suggest;
 

@@ -12,7 +12,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnost
 use excerpt::{CONTEXT, Excerpt};
 
 use super::{Label, Problem, Problems, Severity};
-use crate::source::{FileId, Sources, Span};
+use crate::source::{FileId, Sources, Span, line_column};
 
 /// Width of a report [columns].
 const WIDTH: usize = 100;
@@ -63,7 +63,7 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
     out
 }
 
-/// Returns `file:line:column: severity: code: message` for each problem; columns count characters from 1.
+/// Returns `file:line:column: severity[code]: message (help)` for each problem; columns count characters from 1.
 pub fn render_concise(problems: &Problems, sources: &Sources) -> String {
     problems.0.iter().map(|p| concise(p, sources)).collect()
 }
@@ -77,12 +77,13 @@ fn concise(problem: &Problem, sources: &Sources) -> String {
         }
         None => String::new(),
     };
-    let severity = match problem.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-    };
-    let message = fitted(&problem.message, MAX_MESSAGE);
-    format!("{place}{severity}: {}: {message}\n", problem.code)
+    // One line for each problem, whatever the user's names hold.
+    let on_one_line = |text: &str, most| fitted(text, most).replace('\n', " ");
+    let help = problem.help.as_deref().map(|help| on_one_line(help, MAX_HELP));
+    let help = help.map_or_else(String::new, |help| format!(" ({help})"));
+    let severity = super::json::word(problem.severity);
+    let message = on_one_line(&problem.message, MAX_MESSAGE);
+    format!("{place}{severity}[{}]: {message}{help}\n", problem.code)
 }
 
 /// Returns the text for a terminal: without control characters, and without its middle if it is too long.
@@ -99,18 +100,6 @@ fn fitted(text: &str, most: usize) -> Cow<'_, str> {
     let head = text.chars().take(most / 2).map(shown);
     let tail = text.chars().skip(n - most / 2).map(shown);
     head.chain([' ', '…', ' ']).chain(tail).collect()
-}
-
-/// Returns line and column of a byte position, both from 1.
-fn line_column(text: &str, at: usize) -> (usize, usize) {
-    let mut at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    let before = &text[..at];
-    let start = before.rfind('\n').map_or(0, |i| i + 1);
-    let line = before.matches('\n').count() + 1;
-    (line, before[start..].trim_start_matches('\u{FEFF}').chars().count() + 1)
 }
 
 /// A problem as miette wants it.
@@ -255,7 +244,7 @@ mod tests {
         }
         assert_eq!(
             render_concise(&problems, &sources),
-            "a.hatp:2:1: error: hatp::x: wrong `B`\n"
+            "a.hatp:2:1: error[hatp::x]: wrong `B` (do better)\n"
         );
     }
 

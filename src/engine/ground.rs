@@ -272,8 +272,7 @@ mod tests {
     use super::super::state::State;
     use super::*;
     use crate::ir::{
-        Attribute, AttributeId, Base, Domain, Entity, EntityId, Fact, FactId, Param, Request, RequestId, Slot, SlotId,
-        Type,
+        Attribute, AttributeId, Base, Domain, Entity, EntityId, Fact, FactId, Request, RequestId, Slot, SlotId, Type,
     };
 
     const R: EntityId = EntityId(0);
@@ -307,11 +306,6 @@ mod tests {
         let mut limits = crate::ir::ScalarSet::default();
         limits.insert(Value::Number(1.0));
         limits.insert(Value::Number(2.0));
-        let param = Param {
-            name: name("a"),
-            base: Base::Entity(TypeId(1)),
-            is_set: false,
-        };
         Domain {
             types: vec![ty("Agent", &[R]), ty("Object", &[CUP, BOX])],
             entities: vec![entity("R", 0), entity("CUP", 1), entity("BOX", 1)],
@@ -341,7 +335,7 @@ mod tests {
             ],
             facts: vec![Fact {
                 name: name("isClose"),
-                params: vec![param.clone(), param],
+                params: vec![name("a"), name("b")],
                 n_vars: 2,
                 body: Test::Compare {
                     op: CompareOp::Less,

@@ -258,7 +258,8 @@ pub struct Request {
 #[derive(Debug, Clone)]
 pub struct Fact {
     pub name: String,
-    pub params: Vec<Param>,
+    /// Names of the parameters; `check` has seen to their types.
+    pub params: Vec<String>,
     /// Frame size: parameters and quantified variables.
     pub n_vars: usize,
     /// Asks requests and static attributes only.

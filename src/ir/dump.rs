@@ -37,6 +37,13 @@ pub fn dump(domain: &Domain) -> String {
             &format!("{}.{attribute} = {}", dump.entity(slot.entity), domain.show(value)),
         );
     }
+    if domain.settings.interleave {
+        line(&mut out, 0, "interleave");
+    }
+    for fact in &domain.facts {
+        let head = format!("fact {}({}) vars {}", fact.name, fact.params.join(", "), fact.n_vars);
+        line(&mut out, 0, &format!("{head} if {}", dump.test(&fact.body)));
+    }
     domain.actions.iter().for_each(|a| dump.action(&mut out, a));
     domain.methods.iter().for_each(|m| dump.method(&mut out, m));
     out
@@ -94,6 +101,9 @@ impl Dump<'_> {
                 1,
                 &format!("projects {}({})", projects.name, self.exprs(&projects.args)),
             );
+        }
+        if !matches!(&action.constraints, Test::And(parts) if parts.is_empty()) {
+            line(out, 1, &format!("then {}", self.test(&action.constraints)));
         }
         if let Some(alternatives) = action.alternatives {
             line(out, 1, &format!("alternatives {alternatives}"));

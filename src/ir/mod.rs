@@ -2,8 +2,11 @@
 
 mod domain;
 mod dump;
+mod granted;
 mod show;
+mod walk;
 
 pub use domain::*;
 pub use dump::dump;
+pub use granted::{projects, without_geometry};
 pub use show::show_expr;

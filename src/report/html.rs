@@ -5,7 +5,7 @@
 //! computed in the page (`page/kinematics.js`, `page/timeline.js`), so that the file stays small.
 //!
 //! Not here: no check that the plan fits the world (`validate` does that; the page only names what it can't find), no
-//! meshes, no decomposition tree.
+//! meshes.
 
 use serde::Serialize;
 
@@ -19,11 +19,14 @@ use crate::world::{Agent, AgentKind, Object, Scene, State};
 const TEMPLATE: &str = include_str!("page/template.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In this order; they share one scope.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("page/kinematics.js"),
     include_str!("page/timeline.js"),
     include_str!("page/scene3d.js"),
     include_str!("page/stage.js"),
+    include_str!("page/streams.js"),
+    include_str!("page/tree.js"),
+    include_str!("page/details.js"),
     include_str!("page/page.js"),
 ];
 /// three.js, bundled and gzipped; `docs/view.md` tells how it is made.
@@ -36,9 +39,11 @@ const THREE_LICENSE: &str = include_str!("page/THREE-LICENSE");
 /// `title` is plain text: the heading and the tab's name. The same arguments give the same bytes.
 pub fn page(scene: &Scene, start: &State, plan: Option<&Plan>, title: &str) -> String {
     let title = escape_html(title);
-    let scene = json(&scene_document(scene, start));
     let plan = json(&plan);
-    let three = base64(THREE);
+    // Where there is nothing to draw, half a megabyte less.
+    let is_flat = scene.agents.is_empty() && scene.objects.is_empty();
+    let three = if is_flat { String::new() } else { base64(THREE) };
+    let scene = json(&scene_document(scene, start));
     let script = SCRIPTS.concat();
     fill(TEMPLATE, |name| match name {
         "title" => &title,

@@ -19,6 +19,8 @@ pub type Token = (usize, usize);
 pub struct Layout {
     /// Every token, in order; comments and white space are none.
     pub tokens: Vec<Token>,
+    /// Every comment, in order, without the end of its line.
+    pub comments: Vec<Token>,
     /// The bracket that lies deeper than [`MAX_DEPTH`], if any.
     pub too_deep: Option<Token>,
     /// Open brackets that are never closed, outermost first.
@@ -34,6 +36,7 @@ pub fn layout(text: &str) -> Layout {
     let bytes = text.as_bytes();
     let mut out = Layout {
         tokens: Vec::new(),
+        comments: Vec::new(),
         too_deep: None,
         unclosed: Vec::new(),
         open_comment: None,
@@ -50,11 +53,15 @@ pub fn layout(text: &str) -> Layout {
         }
         if c == b'/' && at(i + 1) == b'/' {
             i += text[i..].find('\n').unwrap_or(bytes.len() - i);
+            out.comments.push((start, i));
             continue;
         }
         if c == b'/' && at(i + 1) == b'*' {
             match text[i + 2..].find("*/") {
-                Some(n) => i += n + 4,
+                Some(n) => {
+                    i += n + 4;
+                    out.comments.push((start, i));
+                }
                 None => {
                     out.open_comment = Some(i);
                     i = bytes.len();

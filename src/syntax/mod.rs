@@ -3,10 +3,10 @@
 //! `grammar/hatp.pest` is the language; `parser` is the only user of pest.
 
 pub mod ast;
+mod format;
 mod layout;
 mod parser;
-mod print;
 mod words;
 
+pub use format::format;
 pub use parser::{parse, parse_call};
-pub use print::print;

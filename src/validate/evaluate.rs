@@ -7,9 +7,9 @@
 
 use std::sync::Arc;
 
+use super::sets;
 use crate::ir::{
-    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
-    show_expr,
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntitySet, Expr, SlotId, Test, TypeId, Value, Var, show_expr,
 };
 
 /// A state to look at, with what geometry computed for the action at hand.
@@ -51,21 +51,26 @@ impl<'a> View<'a> {
                 let slot = self.slot(&self.value(base, frame)?, *attribute)?;
                 self.values.get(slot.index()).cloned()
             }
-            // No domain compiles with one yet.
-            Expr::Request { .. } | Expr::Fact { .. } => None,
+            // Nobody answers one in this room yet.
+            Expr::Request { .. } => None,
+            Expr::Fact { fact, args } => {
+                let fact = &self.domain.facts[fact.index()];
+                let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
+                let mut frame = args?;
+                frame.resize(fact.n_vars.max(frame.len()), Value::Null);
+                Some(Value::Bool(self.holds(&fact.body, &mut frame)))
+            }
             Expr::Size(set) => match self.value(set, frame)? {
                 Value::Set(s) => Some(Value::Number(s.len() as f64)),
+                Value::Scalars(s) => Some(Value::Number(s.len() as f64)),
                 _ => None,
             },
             Expr::List(elements) => {
-                let mut set = EntitySet::default();
+                let mut set = Value::Set(Arc::new(EntitySet::default()));
                 for e in elements {
-                    let Value::Entity(e) = self.value(e, frame)? else {
-                        return None;
-                    };
-                    set.insert(e);
+                    set = sets::with(set, &self.value(e, frame)?)?;
                 }
-                Some(Value::Set(Arc::new(set)))
+                Some(set)
             }
             Expr::Arithmetic { op, left, right } => {
                 let (a, b) = (self.number(left, frame)?, self.number(right, frame)?);
@@ -78,29 +83,11 @@ impl<'a> View<'a> {
                 x.is_finite().then_some(Value::Number(x))
             }
             Expr::Negate(inner) => Some(Value::Number(-self.number(inner, frame)?)),
-            Expr::SetWith { set, element } => self.set_change(set, element, frame, EntitySet::insert),
-            Expr::SetWithout { set, element } => self.set_change(set, element, frame, EntitySet::remove),
+            Expr::SetWith { set, element } => sets::with(self.value(set, frame)?, &self.value(element, frame)?),
+            Expr::SetWithout { set, element } => sets::without(self.value(set, frame)?, &self.value(element, frame)?),
             Expr::GeometricCost => Some(Value::Number(self.geometric.0)),
             Expr::GeometricDuration => Some(Value::Number(self.geometric.1)),
         }
-    }
-
-    fn set_change(
-        &self,
-        set: &Expr,
-        element: &Expr,
-        frame: &[Value],
-        change: fn(&mut EntitySet, EntityId),
-    ) -> Option<Value> {
-        let Value::Set(set) = self.value(set, frame)? else {
-            return None;
-        };
-        let Value::Entity(e) = self.value(element, frame)? else {
-            return None;
-        };
-        let mut set = EntitySet::clone(&set);
-        change(&mut set, e);
-        Some(Value::Set(Arc::new(set)))
     }
 
     /// Returns the expression's number, if it is one.
@@ -120,6 +107,7 @@ impl<'a> View<'a> {
             Test::Compare { op, left, right } => compare(*op, self.value(left, frame), self.value(right, frame)),
             Test::Member { element, set } => match (self.value(element, frame), self.value(set, frame)) {
                 (Some(Value::Entity(e)), Some(Value::Set(s))) => s.contains(e),
+                (Some(scalar), Some(Value::Scalars(s))) => s.contains(&scalar),
                 _ => false,
             },
             Test::Forall { var, ty, guard, body } => self.over(*var, *ty, frame, &mut |frame| {
@@ -220,8 +208,8 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
         _ => None,
     };
     match op {
-        CompareOp::Equal => left == right,
-        CompareOp::NotEqual => left != right,
+        CompareOp::Equal => sets::equal(&left, &right),
+        CompareOp::NotEqual => !sets::equal(&left, &right),
         CompareOp::Less => numbers.is_some_and(|(a, b)| a < b),
         CompareOp::LessEqual => numbers.is_some_and(|(a, b)| a <= b),
         CompareOp::Greater => numbers.is_some_and(|(a, b)| a > b),
@@ -259,14 +247,14 @@ pub(super) fn apply(
                 entity,
                 attribute,
                 element,
-            } => alter(view, entity, *attribute, element, frame, EntitySet::insert)
+            } => alter(view, entity, *attribute, element, frame, sets::with)
                 .into_iter()
                 .for_each(|(slot, set)| values[slot.index()] = set),
             Effect::Remove {
                 entity,
                 attribute,
                 element,
-            } => alter(view, entity, *attribute, element, frame, EntitySet::remove)
+            } => alter(view, entity, *attribute, element, frame, sets::without)
                 .into_iter()
                 .for_each(|(slot, set)| values[slot.index()] = set),
             Effect::Forall {
@@ -303,16 +291,10 @@ fn alter(
     attribute: AttributeId,
     element: &Expr,
     frame: &[Value],
-    change: fn(&mut EntitySet, EntityId),
+    change: fn(Value, &Value) -> Option<Value>,
 ) -> Option<(SlotId, Value)> {
     let slot = view.slot(&view.value(entity, frame)?, attribute)?;
-    let Value::Entity(element) = view.value(element, frame)? else {
-        return None;
-    };
-    let mut set = match view.values.get(slot.index())? {
-        Value::Set(s) => EntitySet::clone(s),
-        _ => EntitySet::default(),
-    };
-    change(&mut set, element);
-    Some((slot, Value::Set(Arc::new(set))))
+    let element = view.value(element, frame)?;
+    let set = view.values.get(slot.index())?.clone();
+    Some((slot, change(set, &element)?))
 }

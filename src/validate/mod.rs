@@ -20,6 +20,7 @@ mod notation;
 mod reach;
 mod replay;
 mod schedule;
+mod sets;
 mod shared;
 
 pub use fault::{Fault, Kind, Place};

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::fault::{Checked, Kind};
-use crate::ir::{Base, Domain, EntitySet, Goal, Param, StringId, TaskId, Value};
+use crate::ir::{Base, Domain, EntitySet, Goal, Param, ScalarSet, StringId, TaskId, Value};
 
 /// Returns the value that `text` writes for a parameter.
 pub(super) fn argument(domain: &Domain, param: &Param, text: &str) -> Checked<Value> {
@@ -14,7 +14,7 @@ pub(super) fn argument(domain: &Domain, param: &Param, text: &str) -> Checked<Va
         expected: format!("{} (parameter `{}`)", expected(domain, param), param.name),
     };
     let value = if param.is_set {
-        set(domain, text).ok_or_else(wrong)?
+        set(domain, param.base, text).ok_or_else(wrong)?
     } else {
         atom(domain, text).ok_or_else(wrong)?
     };
@@ -92,10 +92,17 @@ fn split(text: &str) -> Vec<String> {
     parts
 }
 
-fn set(domain: &Domain, text: &str) -> Option<Value> {
+fn set(domain: &Domain, base: Base, text: &str) -> Option<Value> {
     let inner = text.trim().strip_prefix('[')?.strip_suffix(']')?;
-    let members: Option<EntitySet> = split(inner).iter().map(|name| domain.entity(name)).collect();
-    Some(Value::Set(Arc::new(members?)))
+    if let Base::Entity(_) = base {
+        let members: Option<EntitySet> = split(inner).iter().map(|name| domain.entity(name)).collect();
+        return Some(Value::Set(Arc::new(members?)));
+    }
+    let mut members = ScalarSet::default();
+    for member in split(inner) {
+        members.insert(atom(domain, &member)?);
+    }
+    Some(Value::Scalars(Arc::new(members)))
 }
 
 fn atom(domain: &Domain, text: &str) -> Option<Value> {
@@ -139,6 +146,7 @@ fn expected(domain: &Domain, param: &Param) -> String {
     match param.base {
         Base::Entity(_) if param.is_set => format!("a list of entities of type `{base}`"),
         Base::Entity(_) => format!("an entity of type `{base}`"),
+        Base::Number | Base::Bool | Base::String if param.is_set => format!("a list, each {base}"),
         Base::Number | Base::Bool | Base::String => base.to_owned(),
     }
 }

@@ -21,6 +21,23 @@ pub struct World {
     pub spans: Vec<crate::source::Span>,
 }
 
+impl World {
+    /// Returns the world with nothing in it: what a plan of symbols alone is judged in.
+    pub fn empty() -> Self {
+        World {
+            scene: Scene::default(),
+            start: State {
+                agents: Vec::new(),
+                objects: Vec::new(),
+            },
+            task: None,
+            shared: Vec::new(),
+            values: Vec::new(),
+            spans: Vec::new(),
+        }
+    }
+}
+
 /// `RED_CUBE.painted = true` of the world file's `[state]`.
 #[derive(Debug, Clone)]
 pub struct InitialValue {

@@ -7,7 +7,7 @@ use sgap::diag::render;
 use sgap::engine::{self, Aim, Budget, Cuts, Outcome};
 use sgap::grp::{self, Grp};
 use sgap::ir::{Domain, Goal};
-use sgap::load::{Input, load};
+use sgap::load::{Input, Paths, load_paths};
 use sgap::plan::Plan;
 use sgap::report::json;
 use sgap::source::{Files, Sources};
@@ -21,13 +21,19 @@ impl Files for Disk {
     fn read(&self, path: &str) -> Result<String, String> {
         std::fs::read_to_string(path).map_err(|e| e.to_string())
     }
+
+    fn list(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.filter_map(|e| e.file_name().into_string().ok()).collect()
+    }
 }
 
 /// What to plan, and how; paths are relative to the project.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
     pub domain: &'a str,
-    pub world: &'a str,
+    /// `None` plans on the symbols alone.
+    pub world: Option<&'a str>,
     pub task: Option<&'a str>,
     pub seed: u64,
     pub branching: u32,
@@ -39,8 +45,16 @@ impl<'a> Case<'a> {
     /// The command line's defaults.
     pub fn new(domain: &'a str, world: &'a str) -> Self {
         Case {
+            world: Some(world),
+            ..Case::symbolic(domain)
+        }
+    }
+
+    /// As [`Case::new`], without a world.
+    pub fn symbolic(domain: &'a str) -> Self {
+        Case {
             domain,
-            world,
+            world: None,
             task: None,
             seed: 0,
             branching: 3,
@@ -77,11 +91,18 @@ impl Planned {
 /// Loads and plans; a plan that is found has gone through JSON and back and is accepted by the validator.
 pub fn plan(case: &Case<'_>) -> Planned {
     let mut sources = Sources::default();
-    let (input, problems) = load(case.domain, case.world, case.task, &mut sources, &Disk);
+    let paths = Paths {
+        domain: case.domain,
+        with: &[],
+        world: case.world,
+        task: case.task,
+    };
+    let (input, problems) = load_paths(&paths, &mut sources, &Disk);
     let Some(Input {
         domain,
         world,
         goal: Some(goal),
+        ..
     }) = input
     else {
         panic!("{case:?}\n{}", render::render(&problems, &sources, false));
@@ -92,7 +113,14 @@ pub fn plan(case: &Case<'_>) -> Planned {
         ik_restarts: 8,
         motion_samples: 3000,
     };
-    let mut grp = Grp::new(&world, geometry, case.seed, Arc::clone(&stop)).expect("the world's arms are chains");
+    let mut grp = case
+        .world
+        .map(|_| Grp::new(&world, geometry, case.seed, Arc::clone(&stop)).expect("the world's arms are chains"));
+    let mut granted = engine::Granted::default();
+    let reasoner: &mut dyn engine::Reasoner = match &mut grp {
+        Some(grp) => grp,
+        None => &mut granted,
+    };
     let settings = engine::Settings {
         branching: case.branching,
         aim: if case.best { Aim::Best } else { Aim::First },
@@ -103,9 +131,9 @@ pub fn plan(case: &Case<'_>) -> Planned {
             depth: 10_000,
         },
     };
-    let outcome = engine::solve(&domain, &goal, &mut grp, &settings, &stop, &mut |_, _| {});
+    let outcome = engine::solve(&domain, &goal, reasoner, &settings, &stop, &mut |_, _| {});
     let written = outcome.found.as_ref().map(|found| {
-        let document = engine::document(found, &domain, &goal, case.seed, &|gas| grp.geometry(gas));
+        let document = engine::document(found, &domain, &goal, case.seed, &|gas| grp.as_ref()?.geometry(gas));
         json::write(&document).expect("a plan is JSON")
     });
     let json = written.unwrap_or_default();

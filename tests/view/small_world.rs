@@ -301,7 +301,7 @@ pub fn pick_and_place() -> Plan {
         task: task.into(),
         arguments: vec!["ARM".into(), "BOX".into()],
         parent,
-        decomposition: None,
+        decomposition: parent.is_none().then_some(0),
         action,
     };
     Plan {

@@ -29,7 +29,7 @@ async function loadThree() {
   return globalThis.THREE;
 }
 
-/** Returns {scene3d, names, renderer, draw, requestDraw}: the picture. There is no renderer where there is no WebGL. */
+/** Returns {scene3d, requestDraw}: the picture. There is no renderer where there is no WebGL. */
 function buildView(THREE, scene) {
   const scene3d = buildScene3d(THREE, scene);
   scene3d.setWorld(worldAt(scene, buildTimeline(scene, null), 0));
@@ -127,20 +127,49 @@ function placeNames(THREE, names, camera, canvas) {
   }
 }
 
-/** Fills the list with the plan's actions; returns their buttons. */
+/** Fills the list with the plan's actions, as far as a page can hold them; returns their buttons. */
 function listActions(plan, jump) {
-  return plan.actions.map((action) => {
+  const buttons = plan.actions.slice(0, MAX_ROWS).map((action) => {
     const button = element("button", "", "");
     button.type = "button";
     const what = element("span", "what", call(action).slice(action.name.length));
     what.prepend(element("b", "", action.name));
     button.append(what, element("span", "when", `${action.start.toFixed(1)} – ${seconds(action.end)} · ${action.agents.join(", ")}`));
-    button.addEventListener("click", () => jump(action.start));
+    button.addEventListener("click", () => jump(action.index));
     const item = document.createElement("li");
     item.append(button);
     byId("list").append(item);
     return button;
   });
+  const more = plan.actions.length - buttons.length;
+  if (more > 0) byId("list").append(element("li", "when", `… ${more} more actions`));
+  return buttons;
+}
+
+/** Lets the two tabs choose between the list and the tree. */
+function connectTabs() {
+  const names = ["list", "tree"];
+  const choose = (chosen) => {
+    for (const name of names) {
+      byId(name).hidden = name !== chosen;
+      byId(`tab-${name}`).setAttribute("aria-selected", String(name === chosen));
+      byId(`tab-${name}`).tabIndex = name === chosen ? 0 : -1;
+    }
+  };
+  for (const [i, name] of names.entries()) {
+    const tab = byId(`tab-${name}`);
+    tab.addEventListener("click", () => choose(name));
+    tab.addEventListener("keydown", (event) => {
+      if (!["ArrowLeft", "ArrowRight"].includes(event.key)) return;
+      const other = names[1 - i];
+      choose(other);
+      byId(`tab-${other}`).focus();
+      event.stopPropagation(); // The player's arrows move the time.
+      event.preventDefault();
+    });
+  }
+  choose("list");
+  byId("tabs").hidden = false;
 }
 
 /** Fills the list with what is there, for a world without a plan. */
@@ -210,25 +239,31 @@ function connectPlayer(clock, duration, seek) {
   followAddress();
 }
 
-/** Shows which actions go on at time t: in the list, below the slider, and the tool's way of the first that moves. */
-function showActions(plan, timeline, t, buttons, showPath) {
-  const list = byId("list");
-  const current = plan.actions.filter((action) => isCurrent(action, timeline, t));
-  buttons.forEach((button, i) => {
-    const on = current.includes(plan.actions[i]);
-    if (on === button.hasAttribute("aria-current")) return;
-    if (on) {
-      button.setAttribute("aria-current", "step");
-      // On a narrow screen it is the page that scrolls, and it stays where it is.
-      if (list.scrollHeight > list.clientHeight) button.scrollIntoView({ block: "nearest" });
-    } else {
+/** Marks the buttons as those of an action that goes on, or not. */
+function markCurrent(buttons, on) {
+  for (const button of buttons) {
+    if (on === button.hasAttribute("aria-current")) continue;
+    if (!on) {
       button.removeAttribute("aria-current");
+      continue;
     }
-  });
+    button.setAttribute("aria-current", "step");
+    // On a narrow screen it is the page that scrolls, and it stays where it is.
+    const scrolled = button.closest("#list, #tree, #streams");
+    if (scrolled.scrollHeight > scrolled.clientHeight) button.scrollIntoView({ block: "nearest" });
+  }
+}
+
+/** Shows which actions go on at time t: wherever they have a button, below the slider, and the tool's way of the first that moves. */
+function showActions(plan, timeline, t, buttonsOf, showPath) {
+  const current = plan.actions.filter((action) => isCurrent(action, timeline, t));
+  const isOn = new Set(current.map((action) => action.index));
+  buttonsOf.forEach((buttons, i) => markCurrent(buttons, isOn.has(i)));
   const now = current.map((action) => [call(action), segmentAt(timeline, action, t)?.name].filter(Boolean).join(" · "));
   byId("now").textContent = now.join(" | ");
   byId("time").setAttribute("aria-valuetext", [seconds(t), ...now].join(", "));
   showPath(current.find((action) => action.geometry) ?? null);
+  return current;
 }
 
 /** Returns what tests and curious readers may ask: poses as the scene graph has them, in the world frame. */
@@ -250,19 +285,32 @@ async function main() {
   const plan = JSON.parse(byId("plan-data").textContent);
   const timeline = buildTimeline(scene, plan);
   const { duration } = timeline;
-  const THREE = await loadThree();
-  const { scene3d, requestDraw } = buildView(THREE, scene);
+  // A plan on symbols alone has no scene: then the lanes are the picture.
+  const isFlat = scene.agents.length + scene.objects.length === 0;
+  document.body.classList.toggle("flat", isFlat);
+  byId("view").hidden = isFlat;
+  const THREE = isFlat ? null : await loadThree();
+  const view = isFlat ? null : buildView(THREE, scene);
 
-  let buttons = [];
+  // The buttons of each action: in the list, in the tree, in the lanes.
+  let buttonsOf = [];
+  let streams = null;
+  let chosen = null;
   let pathOf = null;
   const showPath = (action) => {
-    if (action !== pathOf) scene3d.setPath(action ? toolPath(scene, timeline, action) : []);
+    if (action !== pathOf) view?.scene3d.setPath(action ? toolPath(scene, timeline, action) : []);
     pathOf = action;
   };
   const clock = buildClock(duration, (t) => {
-    scene3d.setWorld(worldAt(scene, timeline, t));
-    if (plan) showActions(plan, timeline, t, buttons, showPath);
-    requestDraw();
+    view?.scene3d.setWorld(worldAt(scene, timeline, t));
+    if (plan) {
+      const current = showActions(plan, timeline, t, buttonsOf, showPath);
+      streams?.setTime(t);
+      // What was clicked last stays in sight while it goes on; then what goes on does.
+      if (!current.includes(chosen)) chosen = current[0] ?? chosen;
+      showDetails(plan, chosen);
+    }
+    view?.requestDraw();
   });
   const seek = (t) => {
     clock.setPlaying(false);
@@ -274,14 +322,21 @@ async function main() {
     const count = plan.actions.length === 1 ? "1 action" : `${plan.actions.length} actions`;
     byId("summary").textContent = `${plan.task} · ${count} · ${seconds(duration)} · cost ${Number(plan.cost.toPrecision(4))}`;
     if (timeline.problems.length > 0) showMessage(`The plan does not fit this world:\n${[...new Set(timeline.problems)].join("\n")}`);
-    buttons = listActions(plan, seek);
+    const jump = (i) => {
+      chosen = plan.actions[i];
+      seek(chosen.start);
+    };
+    const [listed, planted] = [listActions(plan, jump), buildTree(plan, jump)];
+    streams = buildStreams(plan, duration, jump);
+    buttonsOf = plan.actions.map((_, i) => [listed[i], planted[i], ...streams.bars[i]].filter(Boolean));
+    connectTabs();
     clock.setTime(0);
     connectPlayer(clock, duration, seek);
   } else {
     listEntities(scene);
-    requestDraw();
+    view?.requestDraw();
   }
-  globalThis.sgap = inspector(THREE, scene, scene3d, duration, seek);
+  globalThis.sgap = inspector(THREE, scene, view?.scene3d, duration, seek);
   dispatchEvent(new Event("sgap-ready"));
 }
 
