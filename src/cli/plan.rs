@@ -10,7 +10,7 @@ use clap::Args;
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Budget, Ending};
+use sgap::engine::{self, Aim, Budget, Cuts, Ending};
 use sgap::grp::{self, Grp};
 use sgap::plan::Plan;
 use sgap::report::{json, text};
@@ -39,6 +39,12 @@ pub(super) struct SearchOptions {
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
+    /// Let unordered subtasks mix step by step, instead of doing each as one block
+    #[arg(long)]
+    interleave: bool,
+    /// Try even what repeats itself or is known to fail; for comparison
+    #[arg(long)]
+    no_cuts: bool,
     /// Seed of every random choice: same input, same seed, same plan
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -110,7 +116,9 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
     }
     let settings = engine::Settings {
         branching: options.branching,
-        best: options.best,
+        aim: if options.best { Aim::Best } else { Aim::First },
+        interleave: options.interleave || ready.domain.settings.interleave,
+        cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
         budget: Budget {
             expansions: options.max_expansions,
             depth: options.max_depth,

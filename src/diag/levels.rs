@@ -196,8 +196,9 @@ fn late(span: Span) -> Problem {
 
 fn unclear(span: Span, text: &str, mark: &str) -> Problem {
     let message = format!("this comment asks sgap for something unknown: `{text}`");
-    Problem::warning("hatp::bad-allow", message, span, "has no effect")
-        .help(format!("write `{mark} sgap: allow(NAME)` or `{mark} sgap: allow-file(NAME)`"))
+    Problem::warning("hatp::bad-allow", message, span, "has no effect").help(format!(
+        "write `{mark} sgap: allow(NAME)` or `{mark} sgap: allow-file(NAME)`"
+    ))
 }
 
 #[cfg(test)]
@@ -223,7 +224,10 @@ mod tests {
         let n = |text: &str| left("a.hatp", text, &levels);
         assert_eq!(n("X\n"), [warning]);
         assert_eq!(n("X // sgap: allow(unused-variable)\nX"), [warning]);
-        assert_eq!(n("// sgap: allow(no-agent, hatp::unused-variable): why\n\n// more\nX\n"), []);
+        assert_eq!(
+            n("// sgap: allow(no-agent, hatp::unused-variable): why\n\n// more\nX\n"),
+            []
+        );
         assert_eq!(n("// sgap: allow(unused-variable)\n;\nX\n"), [warning]);
         assert_eq!(n("\u{FEFF}// sgap: allow-file(unused-variable)\nX\nX"), []);
         assert_eq!(n("X \"// sgap: allow(unused-variable)\""), [warning]);

@@ -58,7 +58,10 @@ pub fn called(name: &str) -> impl Iterator<Item = &'static Page> {
 /// Returns the code nearest to a name that no page has; of a name without a room, the part after `::`.
 pub fn nearest_code(name: &str) -> Option<String> {
     let codes: Vec<String> = PAGES.iter().map(Page::code).collect();
-    let part = |code: &'_ str| code.split_once("::").map_or_else(String::new, |(_, part)| part.to_owned());
+    let part = |code: &'_ str| {
+        code.split_once("::")
+            .map_or_else(String::new, |(_, part)| part.to_owned())
+    };
     let parts: Vec<String> = codes.iter().map(|c| part(c)).collect();
     let among = if name.contains("::") { &codes } else { &parts };
     nearest(name, among.iter().map(String::as_str)).map(str::to_owned)
