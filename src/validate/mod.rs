@@ -128,6 +128,7 @@ pub fn replay(
             domain,
             states: &replayed.states,
             actions: &actions,
+            interleaved: plan.interleaved,
             settings,
         },
         &plan.decomposition,
