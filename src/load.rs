@@ -30,7 +30,7 @@ pub struct Input {
     /// Empty if none is named.
     pub world: World,
     pub goal: Option<Goal>,
-    /// Whether there is no world, and the domain's actions project all the same: their geometry is taken as granted.
+    /// Whether there is no world, and the domain asks geometry all the same: what it asks is taken as granted.
     pub is_granted: bool,
 }
 
@@ -87,7 +87,7 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
     if problems.has_errors() {
         return (None, problems);
     }
-    let is_granted = paths.world.is_none() && ir::projects(&domain);
+    let is_granted = paths.world.is_none() && ir::asks_geometry(&domain);
     let domain = match paths.world {
         Some(_) => domain,
         None => ir::without_geometry(&domain),

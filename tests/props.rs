@@ -12,7 +12,7 @@ mod run;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use sgap::engine::{Budget, Settings};
+use sgap::engine::{Aim, Budget, Cuts, Ending, Settings};
 
 use domains::Kind;
 use reasoner::Scripted;
@@ -41,7 +41,8 @@ proptest! {
     #[test]
     fn every_plan_is_valid(choices in choices()) {
         let text = domains::domain(&choices, Kind::Symbolic);
-        for settings in [FIRST, BEST] {
+        let mixed = Settings { interleave: true, ..FIRST };
+        for settings in [FIRST, BEST, mixed] {
             let run = plan(&text, &settings);
             if run.outcome.found.is_some() && let Err(fault) = second_opinion(&run, &run.document()) {
                 let plan = serde_json::to_string_pretty(&run.document()).unwrap();
@@ -62,6 +63,92 @@ proptest! {
         if one.outcome.found.is_some() {
             let bytes = |run: &Run| serde_json::to_string(&run.document()).unwrap();
             prop_assert_eq!(bytes(&one), bytes(&other));
+        }
+    }
+}
+
+/// Returns all plans that there are, sorted, or `None` where a search was cut short.
+fn all(text: &str, settings: &Settings) -> (Option<Vec<String>>, Ending) {
+    let budget = Budget {
+        expansions: 20_000,
+        ..SMALL
+    };
+    let settings = Settings {
+        aim: Aim::All(1_000),
+        budget,
+        ..*settings
+    };
+    let run = run::run(text, "Do0(R, CUP)", Scripted::new("", &[]), &settings);
+    for i in 0..run.n_plans() {
+        if let Err(fault) = second_opinion(&run, &run.document_of(i)) {
+            panic!("{fault}\n{}\n{text}", run.announced[i].0);
+        }
+    }
+    let mut plans: Vec<String> = run.announced.iter().map(|(plan, _)| plan.clone()).collect();
+    plans.sort();
+    (run.is_exhausted().then_some(plans), run.outcome.ending)
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 300, failure_persistence: None, ..Config::default() })]
+
+    /// What is left out as a circle or a failure known is nothing new: the plans are those of the search that tries all.
+    #[test]
+    fn cuts_lose_no_plan(choices in choices(), interleave in any::<bool>()) {
+        let text = domains::domain(&choices, Kind::Symbolic);
+        let settings = Settings { interleave, ..FIRST };
+        let (plain, _) = all(&text, &Settings { cuts: Cuts::Off, ..settings });
+        for cuts in [Cuts::On, Cuts::Always] {
+            let (cut, ending) = all(&text, &Settings { cuts, ..settings });
+            if let Some(plain) = &plain {
+                prop_assert_eq!(Some(plain), cut.as_ref(), "{:?} {:?}\n{}", cuts, ending, text);
+            }
+        }
+    }
+
+    /// The cheapest of all plans is the best one, and no bound is above it.
+    #[test]
+    fn the_best_plan_is_the_cheapest(choices in choices(), interleave in any::<bool>()) {
+        let text = domains::domain(&choices, Kind::Symbolic);
+        let budget = Budget { expansions: 20_000, ..SMALL };
+        let settings = Settings { interleave, budget, aim: Aim::All(1_000), cuts: Cuts::Off, ..FIRST };
+        let every = run::run(&text, "Do0(R, CUP)", Scripted::new("", &[]), &settings);
+        prop_assume!(every.is_exhausted());
+        let costs = every.announced.iter().map(|(_, cost)| *cost);
+        let cheapest = costs.fold(f64::INFINITY, f64::min);
+        for cuts in [Cuts::Off, Cuts::On, Cuts::Always] {
+            let best = run::run(&text, "Do0(R, CUP)", Scripted::new("", &[]), &Settings { cuts, aim: Aim::Best, ..settings });
+            let cost = best.outcome.found.as_ref().map_or(f64::INFINITY, |f| f.cost);
+            prop_assert!(cost == cheapest || (cost - cheapest).abs() < 1e-6, "{} {}\n{}", cost, cheapest, text);
+            prop_assert!(best.outcome.least_cost <= cost + 1e-6);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 300, failure_persistence: None, ..Config::default() })]
+
+    /// With geometry, too: what was cut short is not remembered as a failure.
+    #[test]
+    fn cuts_lose_no_plan_with_geometry(domain in choices(), geometry in choices()) {
+        let text = domains::domain(&domain, Kind::Geometric);
+        let budget = Budget { expansions: 20_000, ..SMALL };
+        let plans = |cuts| {
+            let settings = Settings { aim: Aim::All(1_000), branching: 2, cuts, budget, ..FIRST };
+            let run = run::run(&text, "Do0(R, CUP)", domains::reasoner(&geometry), &settings);
+            let mut plans: Vec<String> = run.announced.iter().map(|(plan, _)| plan.clone()).collect();
+            plans.sort();
+            let is_whole = match run.outcome.ending {
+                Ending::Exhausted => true,
+                Ending::ExhaustedTruncated(cut) => cut.depth == 0,
+                Ending::FirstPlan | Ending::BudgetSpent | Ending::Interrupted => false,
+            };
+            (plans, is_whole)
+        };
+        let (plain, is_whole) = plans(Cuts::Off);
+        if is_whole {
+            prop_assert_eq!(&plain, &plans(Cuts::On).0, "{}", text);
+            prop_assert_eq!(&plain, &plans(Cuts::Always).0, "{}", text);
         }
     }
 }

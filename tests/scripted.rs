@@ -3,12 +3,16 @@
 
 #[path = "scripted/best.rs"]
 mod best;
+#[path = "scripted/cuts.rs"]
+mod cuts;
 #[path = "scripted/document.rs"]
 mod document;
 #[path = "scripted/domain.rs"]
 mod domain;
 #[path = "scripted/geometry.rs"]
 mod geometry;
+#[path = "scripted/interleave.rs"]
+mod interleave;
 #[path = "scripted/reasoner.rs"]
 mod reasoner;
 #[path = "scripted/run.rs"]

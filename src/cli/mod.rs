@@ -188,7 +188,7 @@ impl Inputs {
             return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
         if input.is_granted {
-            say("note: without a world file the geometry of its actions is taken as granted\n");
+            say("note: without a world file all that asks geometry is taken as granted\n");
         }
         Ok(Ready {
             domain: input.domain,

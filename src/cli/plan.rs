@@ -39,6 +39,9 @@ pub(super) struct SearchOptions {
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
+    /// Find up to N plans, no two of the same sequence of actions
+    #[arg(long, value_name = "N", conflicts_with = "best", value_parser = clap::value_parser!(u32).range(1..))]
+    all: Option<u32>,
     /// Let unordered subtasks mix step by step, instead of doing each as one block; `--interleave=false` wins over the
     /// domain's settings
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true)]
@@ -84,17 +87,27 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
-    let plan = search(&ready, &options.search)?;
-    let text = if options.json {
-        json::write(&plan).map_err(|e| Failure::Output(format!("can't write the plan as JSON: {e}")))?
-    } else {
-        text::plan(&plan)
+    let plans = search_all(&ready, &options.search)?;
+    let text = match (options.json, options.search.all, plans.first()) {
+        (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
+        (true, ..) => json::write_all(&plans).map_err(no_json)?,
+        (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
     };
     deliver(options.output.as_deref(), &text)
 }
 
-/// Plans; without a plan says why on the standard error and fails with its exit code.
+fn no_json(error: impl std::fmt::Display) -> Failure {
+    Failure::Output(format!("can't write the plan as JSON: {error}"))
+}
+
+/// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
+    let plan = search_all(ready, options)?.into_iter().next();
+    plan.ok_or(Failure::Code(code::NO_PLAN))
+}
+
+/// As [`search`], with all plans that were asked for: one at least.
+fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -120,7 +133,11 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
     } = ready;
     let settings = engine::Settings {
         branching: options.branching,
-        aim: if options.best { Aim::Best } else { Aim::First },
+        aim: match options.all {
+            Some(n) => Aim::All(n),
+            None if options.best => Aim::Best,
+            None => Aim::First,
+        },
         interleave: options.interleave.unwrap_or(domain.settings.interleave),
         cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
         budget: Budget {
@@ -158,11 +175,12 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
         Some(found) => {
             if options.best {
                 let timed_out = timed_out.load(Ordering::Relaxed);
-                say(&format!("{}\n", how_good(outcome.ending, options, timed_out)));
+                let gap = gap(outcome.ending, found.cost, outcome.least_cost);
+                say(&format!("{}{gap}\n", how_good(outcome.ending, options, timed_out)));
             }
-            Ok(engine::document(&found, domain, goal, options.seed, &|gas| {
-                grp.as_ref().and_then(|grp| grp.geometry(gas))
-            }))
+            let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
+            let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
+            Ok(std::iter::once(&found).chain(&outcome.others).map(document).collect())
         }
         None => {
             let limit = match (outcome.ending, options.timeout) {
@@ -213,12 +231,25 @@ fn how_good(ending: Ending, options: &SearchOptions, timed_out: bool) -> String 
     }
 }
 
+/// Says how far below the best plan another one could be.
+fn gap(ending: Ending, cost: f64, least: f64) -> String {
+    match ending {
+        Ending::Exhausted => String::new(),
+        _ if cost > 0.0 => {
+            let percent = 100.0 * (cost - least) / cost;
+            format!("; no plan costs less than {least:.4} (gap {percent:.1} %)")
+        }
+        _ => "; no plan costs less".to_owned(),
+    }
+}
+
 fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
     let mut text = format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} plans\n",
+        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
+        engine.repeated,
         engine.plans,
     );
     if let Some(geometry) = geometry {

@@ -1,6 +1,6 @@
 //! What each action of a finished plan changed.
 
-use super::eval::{Context, frame};
+use super::eval::Context;
 use super::outcome::Found;
 use super::reasoner::Reasoner;
 use super::state::State;
@@ -22,10 +22,13 @@ pub(super) fn changes(
     let all = (0..domain.slots.len()).map(|i| SlotId(i as u32));
     let mut before: Vec<Value> = all.map(|s| context.slot(s)).collect();
     let (mut changes, mut ends) = (Vec::new(), Vec::with_capacity(found.steps.len()));
-    let mut writes = Vec::new();
+    let (mut writes, mut frame) = (Vec::new(), Vec::new());
     for step in &found.steps {
         let action = &domain.actions[step.action.index()];
-        let mut frame = frame(found.args(domain, step), action.n_vars);
+        let args = found.args(domain, step);
+        frame.clear();
+        frame.extend_from_slice(args);
+        frame.resize(action.n_vars.max(args.len()), Value::Null);
         writes.clear();
         context.reads.clear();
         context.projection = step.geometric;

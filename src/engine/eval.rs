@@ -150,6 +150,9 @@ impl Context<'_> {
     /// Returns the value, or `None` when a step of its path goes through NULL (or a number through one), or a number would
     /// not be finite.
     pub fn value(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
+        if let Expr::Var(var) = expr {
+            return Some(frame[var.index()].clone());
+        }
         Some(match self.locate(expr, frame)? {
             Place::Temporary(value) => value,
             place => self.look(&place, frame).clone(),

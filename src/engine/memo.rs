@@ -14,7 +14,9 @@
 
 use rustc_hash::FxHashMap;
 
-use super::outcome::{Aim, Cuts, NONE, Truncated};
+use super::agenda::Cell;
+use super::hash::Print;
+use super::outcome::{Aim, Cuts, NONE, Statistics, Truncated};
 use super::search::{Choice, Point, Search};
 use crate::ir::Value;
 
@@ -45,10 +47,17 @@ pub(super) struct Memo {
     watches: Vec<Watch>,
     /// The topmost node that a branch beneath the innermost search has come back to.
     highest: u32,
+    /// A state with tasks to do that was met deep down, with what the domain said then; renewed at twice as many tasks
+    /// each time (Brent, as in `cycle`). Meeting it again wakes the memory.
+    anchor: Option<(Print, u128)>,
+    renewed_at: u64,
+    is_awake: bool,
 }
 
-/// HEURISTIC: choices taken back before failures are remembered, and how deep methods are inside methods.
+/// HEURISTIC: choices taken back before failures are remembered, and how many tasks are taken up for each of them at most.
 const PATIENCE: u64 = 100;
+const RARE: u64 = 64;
+/// HEURISTIC: methods inside methods from which on a search is looked at that has not taken back anything.
 const DEEP: u32 = 1000;
 /// HEURISTIC: searches remembered, at about 50 bytes each.
 const MAX_KNOWN: usize = 1 << 22;
@@ -59,6 +68,9 @@ impl Default for Memo {
             known: FxHashMap::default(),
             watches: Vec::new(),
             highest: NONE,
+            anchor: None,
+            renewed_at: 0,
+            is_awake: false,
         }
     }
 }
@@ -71,32 +83,53 @@ impl Memo {
 }
 
 impl Search<'_> {
-    fn remembers(&self, depth: u32) -> bool {
+    fn remembers(&self) -> bool {
+        let Statistics {
+            backtracks, expansions, ..
+        } = self.statistics;
         match self.settings.cuts {
             Cuts::Off => false,
-            Cuts::On => self.statistics.backtracks >= PATIENCE || depth >= DEEP,
+            Cuts::On => self.memo.is_awake || (backtracks >= PATIENCE && backtracks >= expansions / RARE),
             Cuts::Always => true,
         }
+    }
+
+    /// Looks whether a search that goes on and on without taking anything back is in a circle.
+    fn look_deep(&mut self, node: Option<u32>) {
+        let state = self.context.state.print();
+        if self.statistics.expansions >= self.memo.renewed_at {
+            let Some(key) = self.key(node) else { return };
+            self.memo.anchor = Some((state, key));
+            self.memo.renewed_at = 2 * self.statistics.expansions;
+        } else if let Some((anchor, key)) = self.memo.anchor
+            && anchor == state
+            && self.key(node) == Some(key)
+        {
+            self.memo.is_awake = true;
+        }
+    }
+
+    /// Returns the fingerprint of the state with all that is to be done, and `node` first; `None` where the world state has
+    /// none.
+    fn key(&mut self, node: Option<u32>) -> Option<u128> {
+        let world = match self.prepared.projects {
+            false => 0,
+            true => self.context.reasoner.state_key()?,
+        };
+        let print = self.print_of_all(node);
+        Some(print.number(world as u64).number((world >> 64) as u64).key())
     }
 
     /// Says whether the state at hand with all that is to be done, and `node` first, is worth a search. If so, watches it.
     /// `first` is the first node that will be beneath it.
     pub fn is_new(&mut self, point: &Point, node: Option<u32>, first: u32, depth: u32) -> bool {
-        if !self.remembers(depth) {
+        if !self.remembers() {
+            if depth >= DEEP && self.settings.cuts != Cuts::Off {
+                self.look_deep(node);
+            }
             return true;
         }
-        let world = match self.prepared.projects {
-            false => 0,
-            true => match self.context.reasoner.state_key() {
-                Some(key) => key,
-                None => return true,
-            },
-        };
-        let key = self
-            .print_of_all(node)
-            .number(world as u64)
-            .number((world >> 64) as u64)
-            .key();
+        let Some(key) = self.key(node) else { return true };
         match self.memo.known.get(&key) {
             Some(Known::Open(above)) => {
                 self.memo.highest = self.memo.highest.min(*above);
@@ -151,13 +184,13 @@ impl Search<'_> {
     }
 
     /// Returns the fingerprint of the symbolic state and all that is to be done, with `node` first.
-    fn print_of_all(&mut self, node: Option<u32>) -> super::hash::Print {
+    fn print_of_all(&mut self, node: Option<u32>) -> Print {
         let state = self.context.state.print();
         let (prepared, tree) = (&*self.prepared, &self.tree);
-        let of_frame = |cell: &super::agenda::Cell| {
+        let of_frame = |cell: &Cell| {
             let frame = tree.nodes[cell.node as usize].frame as usize;
             let live = &prepared.order(cell.order).live;
-            let print = super::hash::Print::of(u64::from(cell.order));
+            let print = Print::of(u64::from(cell.order));
             live.iter()
                 .map(|var| &tree.values[frame + var.index()])
                 .fold(print, |print, value: &Value| print.value(value))

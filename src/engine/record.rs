@@ -56,12 +56,20 @@ impl Search<'_> {
                 overruled.extend(said.copied());
             }
         }
+        // The first plan ends the search: nothing has to be kept for another.
+        let is_last = self.settings.aim == Aim::First;
+        let (steps, tree, slots) = if is_last {
+            let (steps, tree) = (std::mem::take(&mut self.steps), std::mem::take(&mut self.tree));
+            (steps, tree, std::mem::take(&mut self.slots))
+        } else {
+            (self.steps.clone(), self.tree.clone(), self.slots.clone())
+        };
         let mut found = Found {
-            steps: self.steps.clone(),
-            tree: self.tree.clone(),
+            steps,
+            tree,
             cost: self.cost,
             interleaved: self.settings.interleave,
-            slots: self.slots.clone(),
+            slots,
             overruled: overruled.into_iter().collect::<Vec<SlotId>>(),
             changes: Vec::new(),
             change_ends: Vec::new(),

@@ -436,6 +436,11 @@ impl Reasoner for Grp<'_> {
         }
     }
 
+    fn state_key(&mut self) -> Option<u128> {
+        let state = self.states.last()?;
+        Some(u128::from(Key::new(self.seed).state(state).0))
+    }
+
     fn save(&mut self) -> Mark {
         Mark(self.states.len())
     }

@@ -7,9 +7,20 @@
 
 use super::{Action, Base, Binder, Decomposition, Domain, Effect, Expr, Request, SelectOrder, Test, Value};
 
-/// Says whether any action projects.
-pub fn projects(domain: &Domain) -> bool {
-    domain.actions.iter().any(|a| a.projects.is_some())
+/// Says whether anything in the domain asks geometry: a projection, or a request in a test.
+pub fn asks_geometry(domain: &Domain) -> bool {
+    let asking = asking(domain);
+    let asks = |test: &Test| test.any(&mut |e| asks_here(&asking, e));
+    let filters = |d: &Decomposition| {
+        let mut binders = d.binders.iter();
+        binders.any(|b| matches!(b, Binder::Select { filter, .. } if asks(filter)))
+    };
+    let mut actions = domain.actions.iter();
+    actions.any(|a| a.projects.is_some() || asks(&a.preconditions))
+        || domain.methods.iter().any(|m| {
+            let mut decompositions = m.decompositions.iter();
+            m.goal.as_ref().is_some_and(asks) || decompositions.any(|d| asks(&d.preconditions) || filters(d))
+        })
 }
 
 /// Returns the domain with its geometry granted.

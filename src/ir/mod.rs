@@ -8,5 +8,5 @@ mod walk;
 
 pub use domain::*;
 pub use dump::dump;
-pub use granted::{projects, without_geometry};
+pub use granted::{asks_geometry, without_geometry};
 pub use show::show_expr;

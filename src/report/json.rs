@@ -14,6 +14,13 @@ pub fn write(plan: &Plan) -> Result<String, serde_json::Error> {
     Ok(text)
 }
 
+/// Returns several documents as a JSON array, each as [`write`] has it.
+pub fn write_all(plans: &[Plan]) -> Result<String, serde_json::Error> {
+    let texts: Result<Vec<String>, serde_json::Error> = plans.iter().map(write).collect();
+    let texts: Vec<String> = texts?.iter().map(|t| t.trim_end().to_owned()).collect();
+    Ok(format!("[\n{}\n]\n", texts.join(",\n")))
+}
+
 /// Reads a document; the error is a sentence with line and column.
 pub fn read(text: &str) -> Result<Plan, String> {
     if text.trim().is_empty() {

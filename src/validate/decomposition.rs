@@ -1,12 +1,13 @@
 //! Checks that the tree is a decomposition of the goal task that yields the plan's actions, in order.
 //!
 //! The document does not say which entities the variables of a decomposition (SELECT, `let`) stood for, so they are
-//! searched for: some choice that passes the filters must give the subtasks that are there. Nodes stand in the order of
-//! execution, a task's before its subtasks', and each subtask is one block (no interleaving). A subtask's arguments are
-//! read in the state in which it is reached, its variables in the one in which its task was decomposed.
+//! searched for: some choice that passes the filters must give the subtasks that are there. Nodes stand in the order in which
+//! they were taken up, a task's before its subtasks', and each subtask is one block, unless the plan says that it is
+//! interleaved: then a task may be taken up at any time when all that it comes after is over. A subtask's arguments are read
+//! in the state in which it is reached, its variables in the one in which its task was decomposed.
 //!
-//! One pass over the nodes; the tasks from the root down to the node at hand are on a stack of its own, so a tree may be
-//! as deep as it likes.
+//! One pass over the nodes; the tasks at work (in blocks: from the root down to the node at hand) are on a stack of its own,
+//! so a tree may be as deep as it likes.
 
 use std::rc::Rc;
 
@@ -29,6 +30,8 @@ pub(super) struct Replayed<'a> {
     pub(super) worlds: &'a [Rc<Asked<'a>>],
     /// The plan's actions.
     pub(super) actions: &'a [Goal],
+    /// Whether unordered subtasks may mix.
+    pub(super) interleaved: bool,
     pub(super) settings: &'a Settings,
 }
 
@@ -37,12 +40,16 @@ struct Child {
     goal: Goal,
     /// How many actions were done when it was reached.
     at: usize,
+    node: usize,
+    /// The last node at or below it.
+    end: usize,
 }
 
 /// A task whose subtasks are being looked at.
 struct Open<'a> {
-    /// Its node's index.
+    /// Its node's index, and that of its parent.
     node: usize,
+    parent: Option<usize>,
     goal: Goal,
     /// Which decomposition of its method was applied.
     index: usize,
@@ -69,7 +76,9 @@ pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Che
     let mut walk = Walk {
         replayed,
         path: Vec::new(),
+        under: None,
         done: 0,
+        ends: ends(nodes),
     };
     walk.nodes(nodes).map_err(|fault| walk.on_path(fault))?;
     if walk.done != replayed.actions.len() {
@@ -91,33 +100,59 @@ struct Walk<'a> {
     replayed: &'a Replayed<'a>,
     /// The tasks at work, the root first; each is a subtask of the one before it.
     path: Vec<Open<'a>>,
+    /// Which of them the pass is at: the parent of the node at hand.
+    under: Option<usize>,
     /// How many actions are done.
     done: usize,
+    /// Of each node, the last one at or below it.
+    ends: Vec<usize>,
+}
+
+/// Returns for each node the last one at or below it.
+fn ends(nodes: &[Node]) -> Vec<usize> {
+    let mut ends: Vec<usize> = (0..nodes.len()).collect();
+    for (i, node) in nodes.iter().enumerate().rev() {
+        // A parent that does not stand before is a fault of its own, found in the pass.
+        if let Some(parent) = node.parent.filter(|p| *p < i) {
+            ends[parent] = ends[parent].max(ends[i]);
+        }
+    }
+    ends
 }
 
 impl<'a> Walk<'a> {
     /// Returns the fault as one under the tasks at work.
     fn on_path(&self, fault: Fault) -> Fault {
-        self.path.iter().rev().fold(fault, |fault, open| {
-            fault.under_task(&notation::show_task(
+        let mut fault = fault;
+        let mut at = self.under.and_then(|i| self.path.get(i));
+        while let Some(open) = at {
+            fault = fault.under_task(&notation::show_task(
                 self.replayed.domain,
                 open.goal.task,
                 &open.goal.args,
-            ))
-        })
+            ));
+            let above = self.path.binary_search_by_key(&open.parent, |o| Some(o.node));
+            at = above.ok().and_then(|i| self.path.get(i));
+        }
+        fault
     }
 
     /// Looks at all nodes, in order. A fault is one under the path as it is then.
     fn nodes(&mut self, nodes: &[Node]) -> Checked<()> {
         let domain = self.replayed.domain;
         for (i, node) in nodes.iter().enumerate() {
-            self.go_up_to(i, node)?;
+            let parent = self.parent(i, node)?;
+            self.under = parent;
             let goal = notation::task(domain, &node.task, &node.arguments)?;
-            if let Some(parent) = self.path.last_mut() {
-                let (goal, at) = (goal.clone(), self.done);
-                parent.children.push(Child { goal, at });
+            if let Some(parent) = parent.and_then(|p| self.path.get_mut(p)) {
+                parent.children.push(Child {
+                    goal: goal.clone(),
+                    at: self.done,
+                    node: i,
+                    end: self.ends[i],
+                });
             }
-            let has_children = nodes.get(i + 1).is_some_and(|next| next.parent == Some(i));
+            let has_children = self.ends[i] > i;
             let text = || notation::show_task(domain, goal.task, &goal.args);
             match goal.task {
                 TaskId::Action(_) => self
@@ -131,18 +166,20 @@ impl<'a> Walk<'a> {
                 }
             }
         }
+        self.under = self.path.len().checked_sub(1);
         while let Some(open) = self.path.last_mut() {
             close(self.replayed, open)?;
             self.path.pop();
+            self.under = self.path.len().checked_sub(1);
         }
         Ok(())
     }
 
-    /// Ends tasks at work until the last one is the parent of node `i`.
-    fn go_up_to(&mut self, i: usize, node: &Node) -> Checked<()> {
+    /// Returns where the parent of node `i` is among the tasks at work. In blocks, all below it ends.
+    fn parent(&mut self, i: usize, node: &Node) -> Checked<Option<usize>> {
         let wrong = |what| Err(shape(what).under_task(&format!("{}({})", node.task, node.arguments.join(", "))));
         match node.parent {
-            None if i == 0 => return Ok(()),
+            None if i == 0 => return Ok(None),
             Some(_) if i == 0 => return wrong("the first node is the root, which has no parent"),
             None => return wrong("only the first node has no parent"),
             // The path goes down the list.
@@ -151,11 +188,17 @@ impl<'a> Walk<'a> {
             }
             Some(_) => {}
         }
+        self.under = self.path.len().checked_sub(1);
+        if self.replayed.interleaved {
+            let at = self.path.binary_search_by_key(&node.parent, |open| Some(open.node));
+            return Ok(at.ok());
+        }
         while let Some(open) = self.path.last_mut().filter(|open| node.parent != Some(open.node)) {
             close(self.replayed, open)?;
             self.path.pop();
+            self.under = self.path.len().checked_sub(1);
         }
-        Ok(())
+        Ok(self.under)
     }
 
     fn leaf(&mut self, node: &Node, goal: &Goal, has_children: bool) -> Checked<()> {
@@ -223,6 +266,7 @@ impl<'a> Walk<'a> {
         }
         Ok(Some(Open {
             node: i,
+            parent: node.parent,
             goal: goal.clone(),
             index,
             decomposition,
@@ -292,7 +336,7 @@ impl Matching<'_> {
         match self.decomposition.binders.get(i) {
             None => {
                 self.tried += 1;
-                let mut used = vec![false; self.decomposition.subtasks.len()];
+                let mut used = vec![None; self.decomposition.subtasks.len()];
                 used.len() == self.children.len() && self.place(0, &mut used, frame)
             }
             Some(Binder::Let { var, value, .. }) => {
@@ -322,13 +366,14 @@ impl Matching<'_> {
     }
 
     /// Gives child `c` and those after it a subtask each; says whether that can be done.
-    fn place(&mut self, c: usize, used: &mut [bool], frame: &[Value]) -> bool {
+    /// `used` has the last node at or below the child that each subtask is given to.
+    fn place(&mut self, c: usize, used: &mut [Option<usize>], frame: &[Value]) -> bool {
         let Some(child) = self.children.get(c) else {
             return true;
         };
         for (j, subtask) in self.decomposition.subtasks.iter().enumerate() {
-            let ready = subtask.after.iter().all(|k| used.get(*k).copied().unwrap_or(false));
-            if used[j] || !ready || subtask.task != child.goal.task {
+            let is_over = |k: &usize| used.get(*k).copied().flatten().is_some_and(|end| end < child.node);
+            if used[j].is_some() || !subtask.after.iter().all(is_over) || subtask.task != child.goal.task {
                 continue;
             }
             let view = self.view(child.at);
@@ -336,11 +381,11 @@ impl Matching<'_> {
             if !values.eq(child.goal.args.iter().cloned()) {
                 continue;
             }
-            used[j] = true;
+            used[j] = Some(child.end);
             if self.place(c + 1, used, frame) {
                 return true;
             }
-            used[j] = false;
+            used[j] = None;
         }
         false
     }

@@ -133,6 +133,7 @@ pub fn replay(
             states: &replayed.states,
             worlds: &replayed.worlds,
             actions: &actions,
+            interleaved: plan.interleaved,
             settings,
         },
         &plan.decomposition,

@@ -2,6 +2,7 @@
 //! checked.
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use sgap::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
@@ -171,6 +172,13 @@ impl Reasoner for Scripted {
         } else {
             members.next().map_or(Value::Null, Value::Entity)
         }
+    }
+
+    /// What it answers depends on the facts of the world state alone.
+    fn state_key(&mut self) -> Option<u128> {
+        let mut hasher = DefaultHasher::new();
+        self.current().1.hash(&mut hasher);
+        Some(u128::from(hasher.finish()))
     }
 
     fn save(&mut self) -> Mark {

@@ -131,8 +131,21 @@ impl Run {
 
     /// Returns the plan document, without geometry.
     pub fn document(&self) -> Plan {
-        let found = self.outcome.found.as_ref().unwrap();
+        self.document_of(0)
+    }
+
+    /// Returns the document of plan number `i`.
+    pub fn document_of(&self, i: usize) -> Plan {
+        let found = match i {
+            0 => self.outcome.found.as_ref().unwrap(),
+            i => &self.outcome.others[i - 1],
+        };
         engine::document(found, &self.domain, &self.goal, 0, &|_| None)
+    }
+
+    /// Returns the number of plans kept.
+    pub fn n_plans(&self) -> usize {
+        self.outcome.found.iter().count() + self.outcome.others.len()
     }
 
     /// Returns why branches failed, as `count x reason` lines.
