@@ -104,7 +104,9 @@ fn problems_of_goal(task: &str, context: &str) -> (Problems, String) {
     let mut sources = Sources::default();
     let file = sources.add("context.hatp", context.to_owned());
     let (ast, _) = syntax::parse(file, context);
-    let domain = check::compile(&[ast], &Given::default()).0.expect("the context compiles");
+    let domain = check::compile(&[ast], &Given::default())
+        .0
+        .expect("the context compiles");
     let file = sources.add("--task", task.to_owned());
     let (_, problems) = check::parse_goal(task.trim_end(), file, 0, &domain);
     let shown = render::render(&problems, &sources, false);
@@ -139,7 +141,9 @@ fn every_example_compiles_or_fails_as_it_says() {
     for page in pages() {
         let text = read(&page);
         // Files that a page builds up are run by its commands.
-        let examples = blocks(&text).into_iter().filter(|b| b.language == "hatp" && b.value("file").is_none());
+        let examples = blocks(&text)
+            .into_iter()
+            .filter(|b| b.language == "hatp" && b.value("file").is_none());
         for block in examples {
             n += 1;
             if let Err(fault) = judge(&block, &context) {
@@ -192,7 +196,11 @@ fn every_link_leads_to_a_file() {
     for page in pages() {
         let text = read(&page);
         let outside_blocks: String = text.split("```").step_by(2).collect();
-        for target in outside_blocks.split("](").skip(1).filter_map(|rest| rest.split_once(')')) {
+        for target in outside_blocks
+            .split("](")
+            .skip(1)
+            .filter_map(|rest| rest.split_once(')'))
+        {
             let path = target.0.split('#').next().unwrap_or_default();
             if path.is_empty() || path.contains("://") {
                 continue;
