@@ -96,7 +96,7 @@ pub(super) fn assert_answers(text: &str) -> Result<(), TestCaseError> {
     assert_placed(&found, text)?;
     // A domain exactly if nothing is wrong.
     prop_assert_eq!(domain.is_some(), !found.has_errors());
-    prop_assert!(!render::render(&found.sorted(), &sources, false).contains('\0'));
+    prop_assert!(!render::render_concise(&found, &sources).contains('\0'));
     Ok(())
 }
 
@@ -165,28 +165,29 @@ fn brackets_without_end_are_too_deep() {
 #[test]
 fn long_texts_are_read_or_refused() {
     let comments = "/**/ ".repeat(1_000_000);
-    assert_eq!(answer(&format!("{comments} define entityType Cup;")), [""; 0]);
-    assert_eq!(syntax::format(FileId(0), &format!("{comments}\ndefine entityType Cup;")).map(|t| t.lines().count()), Ok(2));
+    assert_eq!(answer(&format!("factdatabase {{ {comments} define entityType Cup; }}")), [""; 0]);
+    assert_eq!(syntax::format(FileId(0), &format!("{comments}\nsettings {{ }}")).map(|t| t.lines().count()), Ok(2));
     let name = "x".repeat(5_000_000);
-    assert_eq!(answer(&format!("define entityType {name};")), [""; 0]);
-    assert_eq!(answer(&format!("define entityType {name}")), ["hatp::syntax"]);
-    let string = format!("CUP = new Agent; CUP.type = \"{name}\";");
+    assert_eq!(answer(&format!("factdatabase {{ define entityType {name}; }}")), [""; 0]);
+    assert_eq!(answer(&format!("factdatabase {{ define entityType {name} }}")), ["hatp::syntax"]);
+    let string = format!("factdatabase {{ CUP = new Agent; CUP.type = \"{name}\"; }}");
     assert!(!answer(&string).contains(&"hatp::syntax"));
-    let items: String = (0..60_000).map(|i| format!("E{i} = new Agent;\n")).collect();
+    let database = |items: String| format!("factdatabase {{\n{items}}}");
+    let items = database((0..60_000).map(|i| format!("E{i} = new Agent;\n")).collect());
     assert_eq!(answer(&items), [""; 0]);
     // One more mistake than anybody reads.
-    let wrong: String = (0..60_000).map(|i| format!("E{i} = new ;\n")).collect();
+    let wrong = database((0..60_000).map(|i| format!("E{i} = new ;\n")).collect());
     assert_eq!(answer(&wrong), ["hatp::syntax"]);
-    let items: String = (0..100_000).map(|i| format!("E{i} = new Agent;\n")).collect();
+    let items = database((0..100_000).map(|i| format!("E{i} = new Agent;\n")).collect());
     assert_eq!(answer(&items), ["hatp::too-large"]);
 }
 
 #[test]
 fn long_chains_of_declarations_are_answered() {
     let types: String = (1..60_000).map(|i| format!("define entityType T{i} : T{};\n", i - 1)).collect();
-    let codes = answer(&format!("define entityType T0;\n{types}"));
+    let codes = answer(&format!("factdatabase {{ define entityType T0;\n{types} }}"));
     assert!(codes.iter().all(|c| *c == "hatp::too-large"), "{codes:?}");
-    let codes = answer(&format!("define entityType T0 : T59999;\n{types}"));
+    let codes = answer(&format!("factdatabase {{ define entityType T0 : T59999;\n{types} }}"));
     assert_eq!(codes, ["hatp::type-cycle"]);
     let methods: String = (0..15_000)
         .map(|i| format!("method M{i}(Agent A) {{ {{ subtasks {{ M{}(A); }} }} }}\n", i + 1))
@@ -206,7 +207,7 @@ fn old_and_odd_files_are_text() {
     same(&domain.replace('\n', "\r\n"));
     same(&format!("\u{feff}{domain}"));
     same(&format!("{domain}\u{1a}"));
-    same(&format!("\u{c}{}", domain.replace("action", "\u{b}action")));
+    same(&format!("\u{c}{}", domain.replace("  action Pick", "\u{b}\taction Pick")));
     for text in ["action A\0(Agent X) { }", "\0", "action A(Agent X) { } \u{7f}", "define entityType Größe;"] {
         assert_eq!(answer(text), ["hatp::syntax"], "{text:?}");
     }

@@ -21,11 +21,7 @@ pub(super) fn location(error: &Error<Rule>, start: usize) -> usize {
 pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> Problem {
     let (text, layout) = (place.text, place.layout);
     let at = place.compact.origin(location(error, start));
-    let rules: &[Rule] = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => positives,
-        ErrorVariant::CustomError { .. } => &[],
-    };
-    let mut words = listed_rules(rules, place);
+    let mut words = listed_rules(rules(error), place);
     let (before, next) = layout.around(at);
     let text_of = |token: Option<Token>| token.and_then(|(s, e)| text.get(s..e));
     if let Some(problem) = next.and_then(|token| other_character(token, place)) {
@@ -106,6 +102,20 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
     problem
 }
 
+/// Returns the error of an item if a misspelt first word is all that is wrong with it, as far as pest can tell.
+pub(super) fn misspelt_item(error: &Error<Rule>, start: usize, place: &Place<'_>) -> Option<Problem> {
+    let at = place.compact.origin(location(error, start));
+    let (before, next) = place.layout.around(at);
+    misspelt_name(&listed_rules(rules(error), place), before?, next, place)
+}
+
+fn rules(error: &Error<Rule>) -> &[Rule] {
+    match &error.variant {
+        ErrorVariant::ParsingError { positives, .. } => positives,
+        ErrorVariant::CustomError { .. } => &[],
+    }
+}
+
 /// Returns the words for the rules, each once.
 fn listed_rules(rules: &[Rule], place: &Place<'_>) -> Vec<&'static str> {
     let mut words: Vec<&'static str> = Vec::new();
@@ -168,7 +178,7 @@ fn misspelt_name(words: &[&str], word: Token, next: Option<Token>, place: &Place
 const NAME_MARKS: [&str; 6] = ["`=`", "`.`", "`(`", "`:`", "`<<=`", "`=>>`"];
 
 /// Says where a token may stand, if it is a keyword.
-fn group(token: &str) -> Option<Group> {
+pub(super) fn group(token: &str) -> Option<Group> {
     keywords().iter().find(|k| k.word == token).map(|k| k.group)
 }
 

@@ -9,10 +9,11 @@ use pest::Parser as _;
 use pest::error::Error;
 
 use super::build::Builder;
-use super::expected::{expected, location};
+use super::expected::{expected, group, location, misspelt_item};
 use super::{HatpParser, Place, Rule};
 use crate::diag::Problems;
 use crate::syntax::ast::Item;
+use crate::syntax::keywords::Group;
 
 /// Returns the items without errors, and adds the errors of the others; `whole` is what pest said of all.
 pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Problems) -> Vec<Item> {
@@ -35,9 +36,14 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
         // Items behind one whose first word is misspelt are in its piece.
         for chunk in item_chunks(token(start)..token(piece.as_span().end()), place) {
             let from = place.compact.starts[chunk.start];
+            let is_item = group(text(chunk.start, place)) == Some(Group::Declaration);
+            // After an error, what begins with another word may have lost the block that it stood in.
+            let is_sure = is_item || problems.0.len() == n_before;
             match HatpParser::parse(Rule::lone, part_text(&chunk, place)) {
-                Ok(pairs) => items.extend(Builder::new(place, from, problems).items(pairs)),
-                Err(own) => errors(&own, from, chunk, place, problems),
+                Ok(pairs) if is_sure => items.extend(Builder::new(place, from, problems).items(pairs)),
+                Err(own) if is_sure => errors(&own, from, chunk, place, problems),
+                Err(own) => problems.0.extend(misspelt_item(&own, from, place)),
+                Ok(_) => {}
             }
         }
         if problems.0.len() == n_before {
@@ -85,16 +91,27 @@ fn errors(error: &Error<Rule>, start: usize, part: Range<usize>, place: &Place<'
     let n_before = problems.0.len();
     if let Some((rule, body)) = body(part, place) {
         let begin = place.compact.starts[body.start];
+        let of_blocks = matches!(rule, Rule::lone_clause | Rule::lone_part | Rule::lone_block);
         for chunk in chunks(rule, body, place) {
             let from = place.compact.starts[chunk.start];
+            let has_block = chunk.clone().any(|i| text(i, place) == "{");
+            if of_blocks && !has_block && problems.0.len() > n_before {
+                // What stands between blocks lost its own to the error before.
+                continue;
+            }
             let Err(own) = HatpParser::parse(rule, part_text(&chunk, place)) else {
                 continue;
             };
             // The same error seen from outside knows better what may follow.
             if location(&own, from) == at {
-                errors(error, start, chunk, place, problems);
+                errors(error, start, chunk.clone(), place, problems);
             } else {
-                errors(&own, from, chunk, place, problems);
+                errors(&own, from, chunk.clone(), place, problems);
+            }
+            // A clause among statements, or nothing before a `;`: a brace is missing, and what follows is out of place.
+            let first = text(chunk.start, place);
+            if !of_blocks && (first == ";" || text(chunk.start + 1, place) == "{" && group(first) == Some(Group::Clause)) {
+                break;
             }
         }
         if at >= begin && problems.0.len() > n_before {
