@@ -67,9 +67,16 @@ fn parse_ok(path: &Path) -> Outcome {
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
     let formatted = syntax::format(file, &text).expect("a file without errors");
     let (again, problems) = syntax::parse(file, &formatted);
-    assert!(problems.0.is_empty(), "formatted text parses: {problems:?}\n{formatted}");
+    assert!(
+        problems.0.is_empty(),
+        "formatted text parses: {problems:?}\n{formatted}"
+    );
     assert_eq!(content(&ast), content(&again), "the same content\n{formatted}");
-    assert_eq!(syntax::format(file, &formatted).expect("no errors"), formatted, "stable");
+    assert_eq!(
+        syntax::format(file, &formatted).expect("no errors"),
+        formatted,
+        "stable"
+    );
     snapshot(path, &formatted)
 }
 

@@ -100,7 +100,13 @@ fn difference(old: &str, new: &str) -> String {
     let same = |pair: &(&&str, &&str)| pair.0 == pair.1;
     let head = old.iter().zip(&new).take_while(same).count();
     let most = old.len().min(new.len()) - head;
-    let tail = old.iter().rev().zip(new.iter().rev()).take(most).take_while(same).count();
+    let tail = old
+        .iter()
+        .rev()
+        .zip(new.iter().rev())
+        .take(most)
+        .take_while(same)
+        .count();
     let mut out = format!("  from line {}:\n", head + 1);
     for (sign, lines) in [('-', &old), ('+', &new)] {
         let lines = &lines[head..lines.len() - tail];

@@ -55,7 +55,10 @@ impl Line {
 
     fn nodes<'t>(&mut self, nodes: &[Node<'t>], mut before: Before<'t>, is_inner: bool) -> Option<()> {
         let is_declaration = is_declaration(nodes);
-        let is_open = nodes.iter().find_map(Node::text).is_some_and(|w| OPEN_BLOCKS.contains(&w));
+        let is_open = nodes
+            .iter()
+            .find_map(Node::text)
+            .is_some_and(|w| OPEN_BLOCKS.contains(&w));
         for (i, node) in nodes.iter().enumerate() {
             let after = nodes.get(i + 1);
             if has_space(before, node, after, is_declaration) {

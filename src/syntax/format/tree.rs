@@ -231,7 +231,12 @@ pub(super) enum Before<'t> {
 }
 
 /// Says whether a space stands before `next`; `is_declaration` where `:` is an operator.
-pub(super) fn has_space(before: Before<'_>, next: &Node<'_>, after_next: Option<&Node<'_>>, is_declaration: bool) -> bool {
+pub(super) fn has_space(
+    before: Before<'_>,
+    next: &Node<'_>,
+    after_next: Option<&Node<'_>>,
+    is_declaration: bool,
+) -> bool {
     let is_name = |w: &str| w.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     match (before, next) {
         (Before::Nothing | Before::Sign, _) => false,

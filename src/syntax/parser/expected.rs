@@ -88,9 +88,8 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
     let near = if words.iter().any(|w| is_keyword(&w)) {
         // Where any clause may stand they are not all named.
         let has = |w: &str| words.contains(&w);
-        let fits = |near: &&'static str| {
-            has(&format!("`{near}`")) || group(near) == Some(Group::Clause) && has(ANY_CLAUSE)
-        };
+        let fits =
+            |near: &&'static str| has(&format!("`{near}`")) || group(near) == Some(Group::Clause) && has(ANY_CLAUSE);
         found_is().filter(fits).or_else(before_is)
     } else {
         before_is().or_else(found_is)
@@ -140,7 +139,9 @@ fn other_character((start, end): Token, place: &Place<'_>) -> Option<Problem> {
     }
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let from = place.text[..start].trim_end_matches(is_part).len();
-    let n_more = place.text[end..].find(|c| !is_part(c)).unwrap_or(place.text.len() - end);
+    let n_more = place.text[end..]
+        .find(|c| !is_part(c))
+        .unwrap_or(place.text.len() - end);
     let shown = if c.is_alphanumeric() {
         format!("`{c}`")
     } else {
@@ -153,7 +154,9 @@ fn other_character((start, end): Token, place: &Place<'_>) -> Option<Problem> {
         place.span(start, end)
     };
     let problem = Problem::error("hatp::syntax", message, span, "");
-    Some(problem.help("names are of the letters `a` to `z` and `A` to `Z`, digits and `_`; strings and comments may have any others"))
+    Some(problem.help(
+        "names are of the letters `a` to `z` and `A` to `Z`, digits and `_`; strings and comments may have any others",
+    ))
 }
 
 /// Returns the error of a misspelt keyword: it passes for a name, but the word is wrong and not what follows it.
@@ -170,7 +173,12 @@ fn misspelt_name(words: &[&str], word: Token, next: Option<Token>, place: &Place
     let found = text_of(word)?;
     let near = misspelt(found, next.and_then(text_of) == Some("{"))?;
     let message = format!("expected `{near}`, found `{}`", shortened(found));
-    let problem = Problem::error("hatp::syntax", message, place.span(word.0, word.1), format!("expected `{near}`"));
+    let problem = Problem::error(
+        "hatp::syntax",
+        message,
+        place.span(word.0, word.1),
+        format!("expected `{near}`"),
+    );
     Some(problem.help(format!("did you mean `{near}`?")))
 }
 

@@ -59,15 +59,16 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
 
 /// Cuts a piece into items and openings of blocks.
 fn item_chunks(piece: Range<usize>, place: &Place<'_>) -> Vec<Range<usize>> {
-    let opens_block = |i: usize| {
-        text(i + 1, place) == "{" && matches!(text(i, place), "HTN" | "factdatabase" | "factDatabase")
-    };
+    let opens_block =
+        |i: usize| text(i + 1, place) == "{" && matches!(text(i, place), "HTN" | "factdatabase" | "factDatabase");
     let mut out = Vec::new();
     let (mut start, mut i) = (piece.start, piece.start);
     while i < piece.end {
         let mark = text(i, place);
         if matches!(mark, "{" | "(" | "[") && !(i == start + 1 && opens_block(start)) {
-            let Some(close) = partner(i, piece.end, place) else { break };
+            let Some(close) = partner(i, piece.end, place) else {
+                break;
+            };
             i = close;
         }
         i += 1;
@@ -95,7 +96,12 @@ fn errors(error: &Error<Rule>, start: usize, part: Range<usize>, place: &Place<'
         for chunk in chunks(rule, body, place) {
             let from = place.compact.starts[chunk.start];
             let has_block = chunk.clone().any(|i| text(i, place) == "{");
-            if of_blocks && !has_block && problems.0.len() > n_before {
+            let first = text(chunk.start, place);
+            let fits = match rule {
+                Rule::lone_part => !matches!(first, "preconditions" | "subtasks"),
+                _ => first != "{",
+            };
+            if of_blocks && !(has_block && fits) && problems.0.len() > n_before {
                 // What stands between blocks lost its own to the error before.
                 continue;
             }
@@ -109,8 +115,9 @@ fn errors(error: &Error<Rule>, start: usize, part: Range<usize>, place: &Place<'
                 errors(&own, from, chunk.clone(), place, problems);
             }
             // A clause among statements, or nothing before a `;`: a brace is missing, and what follows is out of place.
-            let first = text(chunk.start, place);
-            if !of_blocks && (first == ";" || text(chunk.start + 1, place) == "{" && group(first) == Some(Group::Clause)) {
+            if !of_blocks
+                && (first == ";" || text(chunk.start + 1, place) == "{" && group(first) == Some(Group::Clause))
+            {
                 break;
             }
         }
