@@ -203,7 +203,8 @@ fn foreign(found: &str) -> Option<&'static str> {
 /// Returns the keyword that the word was meant to be; before a brace, three letters are enough to tell.
 fn misspelt(found: &str, before_brace: bool) -> Option<&'static str> {
     let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic() || c == '_');
-    if !is_word || group(found).is_some() {
+    // No keyword is half as long; comparing takes the product of both lengths.
+    if !is_word || found.len() > 32 || group(found).is_some() {
         return None;
     }
     let is_keyword = |k: &&Keyword| !matches!(k.group, Group::Constant | Group::Type);
