@@ -11,6 +11,8 @@ mod bad_input;
 mod symbolic;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/fmt.rs"]
+mod fmt;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

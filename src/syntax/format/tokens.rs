@@ -54,16 +54,15 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     places.extend(comments);
 
     let mut out: Vec<Token<'_>> = Vec::with_capacity(places.len());
-    let (mut line, mut column_of, mut column) = (0, 0, 0);
+    let (mut from, mut column) = (0, 0);
     for (i, &(start, end)) in places.iter().enumerate() {
         let before = i.checked_sub(1).map_or(0, |i| places[i].1);
         let breaks = text[before..start].matches('\n').count();
-        if let Some(at) = text[line..start].rfind('\n') {
-            line += at + 1;
-            (column_of, column) = (line, 0);
-        }
-        column += text[column_of..start].chars().count();
-        column_of = start;
+        // From the start of the token before; a comment may have lines of its own.
+        let line = text[from..start].rfind('\n').map(|at| from + at + 1);
+        let n_more = text[line.unwrap_or(from)..start].chars().count();
+        column = if line.is_some() { n_more } else { column + n_more };
+        from = start;
         let next = places.get(i + 1).map_or(text.len(), |p| p.0);
         let piece = &text[start..end];
         out.push(Token {
