@@ -18,6 +18,7 @@ mod methods;
 mod names;
 mod order;
 mod problems;
+mod remedy;
 mod settings;
 mod tasks;
 mod test;
