@@ -17,6 +17,7 @@ pub mod geom;
 pub mod grp;
 pub mod ir;
 pub mod load;
+pub mod lsp;
 pub mod plan;
 pub mod report;
 pub mod source;

@@ -2,7 +2,7 @@
 
 mod domain;
 
-use domain::DomainFiles;
+pub use domain::{DomainFiles, read as domain_files};
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
@@ -150,8 +150,10 @@ fn sure(read: &DomainFiles) -> Vec<Problem> {
 fn given(world: &World, task: Option<&str>) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
+    let virtuals = world.scene.virtuals.iter().map(|v| (&v.id, &v.ty, false));
     let entities = agents
         .chain(objects)
+        .chain(virtuals)
         .zip(&world.spans)
         .map(|((name, ty, is_agent), span)| GivenEntity {
             name: name.clone(),

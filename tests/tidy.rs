@@ -29,6 +29,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("syntax", ALL),
             ("check", ALL),
             ("ir", ALL),
+            ("load", &["domain_files"]),
         ],
     ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
@@ -104,6 +105,8 @@ const CRATES: &[(&str, &str)] = &[
     ("clap", "src/cli/"),
     ("ctrlc", "src/cli/"),
     ("tempfile", "src/cli/"),
+    ("lsp_server", "src/lsp/"),
+    ("lsp_types", "src/lsp/"),
 ];
 
 /// No file of `src` has more lines.

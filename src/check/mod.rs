@@ -7,6 +7,7 @@
 //! Thesis 4.3.2 and 4.3.3. An action without `cost` costs what geometry says if it projects, else 1; one without
 //! `duration` lasts as long as its motions, else no time.
 
+mod attributes;
 mod expr;
 mod facts;
 mod functions;

@@ -6,6 +6,7 @@ mod doc;
 mod explain;
 mod facts;
 mod fmt;
+mod lsp;
 mod output;
 mod plan;
 mod problems;
@@ -107,6 +108,9 @@ enum Command {
     #[command(after_help = "Example:
   sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html")]
     View(view::Options),
+    /// Answer an editor over the Language Server Protocol, on the standard input and output
+    #[command(after_help = "An editor starts it: see docs/editors.md.")]
+    Lsp(lsp::Options),
 }
 
 /// A domain, and a world if geometry is to be asked.
@@ -236,6 +240,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Lsp(options) => lsp::run(options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -183,6 +183,7 @@ fn arm() -> Agent {
         }],
         camera: None,
         postures: IndexMap::new(),
+        base: sgap::world::BaseKind::Fixed,
     }
 }
 
@@ -199,6 +200,7 @@ fn object(id: &str, half: [f64; 3], movable: bool, color: [f32; 4]) -> Object {
         supports: vec![],
         stable: vec![],
         grasps: vec![],
+        containers: vec![],
         mass: 0.1,
         color,
     }
@@ -311,6 +313,7 @@ pub fn pick_and_place() -> Plan {
         seed: 1,
         cost: 2.0,
         makespan: 4.5,
+        interleaved: false,
         actions,
         streams: IndexMap::from([("ARM".into(), vec![0, 1])]),
         links: vec![],
