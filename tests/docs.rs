@@ -34,8 +34,14 @@ use sgap::diag::{Problems, Severity, render};
 use sgap::source::Sources;
 use sgap::syntax;
 
-/// Warnings that speak of a whole domain, which an example is not.
-const OF_WHOLE_DOMAINS: [&str; 3] = ["hatp::unreached-task", "hatp::never-read", "hatp::never-set"];
+/// Warnings that speak of a whole domain or method, which an example is not, or that are off by default.
+const OF_WHOLE_DOMAINS: [&str; 5] = [
+    "hatp::unreached-task",
+    "hatp::unused-parameter",
+    "hatp::never-read",
+    "hatp::never-set",
+    "hatp::select-follows",
+];
 
 /// Parameters that an example may use without declaring them.
 const PARAMETERS: &str = "Agent A, Agent B, Object O, Cup C, Place P, Table T, set Object Os, number x";
@@ -104,7 +110,9 @@ fn problems_of_goal(task: &str, context: &str) -> (Problems, String) {
     let mut sources = Sources::default();
     let file = sources.add("context.hatp", context.to_owned());
     let (ast, _) = syntax::parse(file, context);
-    let domain = check::compile(&[ast], &Given::default()).0.expect("the context compiles");
+    let domain = check::compile(&[ast], &Given::default())
+        .0
+        .expect("the context compiles");
     let file = sources.add("--task", task.to_owned());
     let (_, problems) = check::parse_goal(task.trim_end(), file, 0, &domain);
     let shown = render::render(&problems, &sources, false);
@@ -139,7 +147,9 @@ fn every_example_compiles_or_fails_as_it_says() {
     for page in pages() {
         let text = read(&page);
         // Files that a page builds up are run by its commands.
-        let examples = blocks(&text).into_iter().filter(|b| b.language == "hatp" && b.value("file").is_none());
+        let examples = blocks(&text)
+            .into_iter()
+            .filter(|b| b.language == "hatp" && b.value("file").is_none());
         for block in examples {
             n += 1;
             if let Err(fault) = judge(&block, &context) {
@@ -192,7 +202,11 @@ fn every_link_leads_to_a_file() {
     for page in pages() {
         let text = read(&page);
         let outside_blocks: String = text.split("```").step_by(2).collect();
-        for target in outside_blocks.split("](").skip(1).filter_map(|rest| rest.split_once(')')) {
+        for target in outside_blocks
+            .split("](")
+            .skip(1)
+            .filter_map(|rest| rest.split_once(')'))
+        {
             let path = target.0.split('#').next().unwrap_or_default();
             if path.is_empty() || path.contains("://") {
                 continue;
