@@ -111,12 +111,12 @@ impl<'a> Offer<'a> {
                 _ => self.values(context),
             },
             Block::Value => self.values(context),
-            Block::Action
-            | Block::Method
-            | Block::Decomposition
-            | Block::Projects
-            | Block::Settings
-            | Block::Opaque => {}
+            Block::Settings => match before {
+                [] => self.words(&["interleave"]),
+                [_, "="] => self.words(&["true", "false"]),
+                _ => {}
+            },
+            Block::Action | Block::Method | Block::Decomposition | Block::Projects | Block::Opaque => {}
         }
     }
 

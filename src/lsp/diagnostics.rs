@@ -65,7 +65,7 @@ fn diagnostic(uri: &Uri, document: &Document, analysis: &Analysis, problem: &Pro
         })
     };
     let related: Vec<DiagnosticRelatedInformation> = problem.notes.iter().filter_map(note).collect();
-    let unused = problem.code == "hatp::unused-variable";
+    let unused = problem.code.split("::").any(|name| name.starts_with("unused"));
     Diagnostic {
         range: problem.primary.as_ref().map(|l| range(l.span)).unwrap_or_default(),
         severity: Some(severity),

@@ -16,7 +16,7 @@ pub(super) fn fixes(
     edit: impl Fn(&Uri, &Document, Vec<TextEdit>) -> WorkspaceEdit,
 ) -> Vec<CodeAction> {
     // Of a syntax error the marked place may be beside the word that is meant.
-    let is_name = |p: &&Problem| p.code.starts_with("hatp::unknown-");
+    let is_name = |p: &&Problem| p.code.split("::").any(|name| name.starts_with("unknown"));
     let problems = analysis.problems.0.iter().filter(is_name);
     let fix = |problem: &Problem| -> Option<CodeAction> {
         let name = proposed(problem)?;

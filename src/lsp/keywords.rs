@@ -216,6 +216,11 @@ pub(super) const KEYWORDS: &[Keyword] = &[
     k("true", "A.free == true;", "The bool that holds."),
     k("false", "A.free == false;", "The bool that does not hold."),
     k("size", "size(O.isReachable) >= 2;", "The number of entities in a set."),
+    k(
+        "interleave",
+        "settings { interleave = true; }",
+        "Whether the parts of subtasks without an order may mix; without it each subtask is done as one block.",
+    ),
     k("number", "dynamic atom number weight;", "A number."),
     k("int", "dynamic atom int weight;", "The same as `number`."),
     k("float", "dynamic atom float weight;", "The same as `number`."),
