@@ -22,6 +22,7 @@ use sgap::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use sgap::diag::levels::{Level, Levels, warnings_called};
 use sgap::diag::{Problems, render};
 use sgap::engine::Ending;
+use sgap::load::{Paths, check_domain};
 use sgap::report::text;
 use sgap::source::{FileId, Sources, Span};
 use sgap::{ir, syntax};
@@ -297,10 +298,18 @@ fn page(path: &Path) -> Outcome {
 
 /// The domains that come with the program are formatted, and compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
-    let (sources, file, text) = read(path)?;
-    let (ast, mut problems) = syntax::parse(file, &text);
+    let (mut sources, file, text) = read(path)?;
+    let (_, mut problems) = syntax::parse(file, &text);
     if path.file_name().is_some_and(|n| n != "prelude.hatp") {
-        problems.extend(check::compile(&[ast], &Given::default()).1);
+        // With the files that belong to it.
+        let paths = Paths {
+            domain: path.to_str().ok_or("a path is text")?,
+            with: &[],
+            world: None,
+            task: None,
+        };
+        sources = Sources::default();
+        problems = check_domain(&paths, &mut sources, &planning::Disk).1;
     }
     let problems = Levels::default().apply(problems, &sources);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
