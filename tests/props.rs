@@ -8,6 +8,8 @@ mod reasoner;
 #[expect(dead_code, reason = "what only the scripted tests need")]
 #[path = "scripted/run.rs"]
 mod run;
+#[path = "props/text.rs"]
+mod text;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;

@@ -4,9 +4,11 @@
 
 pub mod ast;
 mod format;
+mod keywords;
 pub mod layout;
 mod parser;
 mod words;
 
 pub use format::format;
+pub use keywords::{Group, Keyword, keywords};
 pub use parser::{parse, parse_call};

@@ -202,24 +202,71 @@ mod tests {
     }
 
     #[test]
-    fn ten_megabytes_of_brackets_are_answered() {
-        for text in [
-            "(".repeat(10_000_000),
-            "{}".repeat(5_000_000),
-            "action A(".repeat(1_000_000),
-        ] {
+    fn a_deleted_parenthesis_is_missed_at_the_end_of_the_token_before() {
+        let layout = layout(DOMAIN);
+        let mut n_missed = 0;
+        for mark in layout.tokens.iter().copied().filter(|t| &DOMAIN[t.0..t.1] == ")") {
+            let (text, end) = without(mark, &layout);
             let (_, problems) = parse(FILE, &text);
-            assert!(problems.0.iter().any(|p| p.code == "hatp::too-large"));
+            assert_eq!(problems.0.len(), 1, "{problems:?}");
+            // `f(a + b` could go on after `b`; nothing else could follow.
+            assert_eq!(error_at(&text), Some(end), "{problems:?}");
+            assert!(problems.0[0].message.contains("`)`"), "{problems:?}");
+            n_missed += 1;
+        }
+        assert!(n_missed > 20, "{n_missed}");
+    }
+
+    /// Names of rules that no user should see: those that are no English words.
+    fn internal_names() -> Vec<String> {
+        let names = Rule::all_rules().iter().map(|r| format!("{r:?}"));
+        let is_internal =
+            |n: &String| n.contains('_') || ["negated", "operand", "soup", "EOI", "rbrace"].contains(&n.as_str());
+        names.filter(is_internal).collect()
+    }
+
+    #[test]
+    fn no_message_names_a_rule() {
+        let names = internal_names();
+        assert!(names.len() > 60);
+        let layout = layout(DOMAIN);
+        for token in &layout.tokens {
+            for other in ["", "x", ";", "}", "(", "=", "5", "NULL", "action", "\"a\"", "é"] {
+                let text = format!("{}{other}{}", &DOMAIN[..token.0], &DOMAIN[token.1..]);
+                for problem in parse(FILE, &text).1.0 {
+                    let labels = problem.primary.iter().map(|l| &l.text);
+                    for shown in labels.chain([&problem.message]).chain(&problem.help) {
+                        assert!(!names.iter().any(|n| shown.contains(n.as_str())), "{shown}");
+                        assert!(!shown.contains("something else"), "{shown} for `{other}` at {token:?}");
+                    }
+                }
+            }
         }
     }
 
     #[test]
-    fn every_rule_that_can_be_expected_has_a_word() {
-        // Names of rules have an underscore or are glued words; words for users are in backticks or plain English.
-        for rule in Rule::all_rules() {
-            if let Some(word) = word(*rule) {
-                assert!(!word.contains('_'), "{rule:?}: {word}");
+    fn one_wrong_token_is_one_error_or_two() {
+        // A forgotten `;` may join two statements, a wrong bracket may end a block; no more follows from one slip.
+        let layout = layout(DOMAIN);
+        for token in &layout.tokens {
+            for other in ["", "x", ";", "=", "5", "é"] {
+                let text = format!("{}{other}{}", &DOMAIN[..token.0], &DOMAIN[token.1..]);
+                let (_, problems) = parse(FILE, &text);
+                let n_errors = problems.0.len();
+                assert!(
+                    n_errors <= 2,
+                    "`{other}` for `{}`: {problems:#?}",
+                    &DOMAIN[token.0..token.1]
+                );
             }
+        }
+    }
+
+    #[test]
+    fn every_rule_has_a_word_without_its_own_name() {
+        let names = internal_names();
+        for word in Rule::all_rules().iter().filter_map(|r| word(*r)) {
+            assert!(!names.iter().any(|n| word.contains(n.as_str())), "{word}");
         }
     }
 

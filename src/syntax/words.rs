@@ -2,6 +2,9 @@
 
 use super::parser::Rule;
 
+/// Where a clause alone is read, they are not all named.
+pub const ANY_CLAUSE: &str = "`preconditions`, `effects` or another clause";
+
 /// Returns how a message names the rule; `None` where naming it would not help (what is always allowed, what is wrong
 /// anyway, what only groups).
 ///
@@ -11,7 +14,7 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::file | Rule::lone => "`factdatabase`, `HTN` or another declaration",
         Rule::lone_attribute => "`static` or `dynamic`",
         Rule::lone_setting => "a setting",
-        Rule::lone_clause => "`preconditions`, `effects` or another clause",
+        Rule::lone_clause => ANY_CLAUSE,
         Rule::lone_part => "`goal` or a decomposition in `{ }`",
         Rule::lone_block => "`preconditions` or `subtasks`",
         Rule::lone_step => "a subtask",

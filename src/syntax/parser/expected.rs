@@ -5,7 +5,9 @@ use pest::error::{Error, ErrorVariant, InputLocation};
 use super::{Place, Rule};
 use crate::diag::Problem;
 use crate::diag::suggest::nearest;
-use crate::syntax::words::word;
+use crate::syntax::keywords::{Group, Keyword, keywords};
+use crate::syntax::layout::Token;
+use crate::syntax::words::{ANY_CLAUSE, word};
 
 /// Returns where the error is in a text of which pest saw the part that starts at `start` [bytes of what pest sees].
 pub(super) fn location(error: &Error<Rule>, start: usize) -> usize {
@@ -23,27 +25,24 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
         ErrorVariant::ParsingError { positives, .. } => positives,
         ErrorVariant::CustomError { .. } => &[],
     };
-    let mut words: Vec<&'static str> = Vec::new();
-    let of_place = |w| if w == "the end of the file" { place.end } else { w };
-    for word in rules.iter().filter_map(|r| word(*r)).map(of_place) {
-        if !words.contains(&word) {
-            words.push(word);
-        }
-    }
-    if words.contains(&"a value") {
-        words.retain(|w| !["a string", "a name", "`(`", "`[`"].contains(w));
-    }
-    words.sort_by_key(|w| *w == "an operator");
+    let mut words = listed_rules(rules, place);
     let (before, next) = layout.around(at);
-    let found = next.and_then(|(s, e)| text.get(s..e));
+    let text_of = |token: Option<Token>| token.and_then(|(s, e)| text.get(s..e));
+    if let Some(problem) = next.and_then(|token| other_character(token, place)) {
+        return problem;
+    }
+    if let Some(problem) = before.and_then(|word| misspelt_name(&words, word, next, place)) {
+        return problem;
+    }
+    let found = text_of(next);
     let new_line = match (before, next) {
         (Some(b), Some(n)) => text.get(b.1..n.0).is_some_and(|gap| gap.contains('\n')),
         _ => true,
     };
     let has = |w: &str| words.contains(&w);
     // A mark that ends something is missed where the text before it ends, not where the next word stands.
-    let begins_item = found.is_none_or(|f| ITEM_WORDS.contains(&f));
-    let begins_clause = found.is_some_and(|f| CLAUSE_WORDS.contains(&f));
+    let begins_item = found.is_none_or(|f| group(f) == Some(Group::Declaration));
+    let begins_clause = found.is_some_and(|f| group(f) == Some(Group::Clause) || matches!(f, "{" | ";"));
     let in_clause = ["a test", "an effect", "a subtask", "an operator"]
         .iter()
         .any(|w| has(w));
@@ -79,16 +78,23 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
         format!("expected {list}")
     };
     let mut problem = Problem::error("hatp::syntax", message, span, label);
-    let word_before = before.and_then(|(s, e)| text.get(s..e));
     let help = found.and_then(|f| foreign(f).map(str::to_owned));
-    // Where a mark is expected, a keyword before it may have passed for a name.
     let is_keyword = |w: &&&str| w.strip_prefix('`').is_some_and(|w| w.starts_with(char::is_alphabetic));
-    let before_is = || word_before.and_then(|w| misspelt(w, missing.is_some()));
-    let found_is = || found.and_then(|w| misspelt(w, missing.is_some()));
+    let found_is = || {
+        let after = next.and_then(|(_, end)| layout.around(end).1);
+        found.and_then(|w| misspelt(w, text_of(after) == Some("{")))
+    };
+    // Where a mark is expected, a keyword before it may have passed for a name.
+    let before_is = || {
+        let near = text_of(before).and_then(|w| misspelt(w, false))?;
+        (missing.is_none() || text_of(before).is_some_and(|w| near.eq_ignore_ascii_case(w))).then_some(near)
+    };
     let near = if words.iter().any(|w| is_keyword(&w)) {
-        found_is()
-            .filter(|near| words.contains(&format!("`{near}`").as_str()))
-            .or_else(before_is)
+        // Where any clause may stand they are not all named.
+        let has = |w: &str| words.contains(&w);
+        let fits =
+            |near: &&'static str| has(&format!("`{near}`")) || group(near) == Some(Group::Clause) && has(ANY_CLAUSE);
+        found_is().filter(fits).or_else(before_is)
     } else {
         before_is().or_else(found_is)
     };
@@ -99,53 +105,80 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
     problem
 }
 
-/// Words that begin an item: where one stands, every block before it should have ended.
-const ITEM_WORDS: [&str; 9] = [
-    "action",
-    "operator",
-    "method",
-    "task",
-    "function",
-    "HTN",
-    "factdatabase",
-    "factDatabase",
-    "define",
-];
+/// Returns the words for the rules, each once.
+fn listed_rules(rules: &[Rule], place: &Place<'_>) -> Vec<&'static str> {
+    let mut words: Vec<&'static str> = Vec::new();
+    let of_place = |w| if w == "the end of the file" { place.end } else { w };
+    for word in rules.iter().filter_map(|r| word(*r)).map(of_place) {
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    if words.contains(&"a value") {
+        words.retain(|w| !["a string", "a name", "`(`", "`[`"].contains(w));
+    }
+    words.sort_by_key(|w| *w == "an operator");
+    words
+}
 
-/// What begins a clause or a decomposition, or may follow one.
-const CLAUSE_WORDS: [&str; 12] = [
-    "preconditions",
-    "effects",
-    "subtasks",
-    "goal",
-    "empty",
-    "cost",
-    "duration",
-    "projects",
-    "constraints",
-    "alternatives",
-    "{",
-    ";",
-];
+/// Returns the error of a character that the language does not use, together with the name that it stands in.
+fn other_character((start, end): Token, place: &Place<'_>) -> Option<Problem> {
+    let c = place.text.get(start..end)?.chars().next()?;
+    if c.is_ascii() && !c.is_ascii_control() {
+        return None;
+    }
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let from = place.text[..start].trim_end_matches(is_part).len();
+    let n_more = place.text[end..]
+        .find(|c| !is_part(c))
+        .unwrap_or(place.text.len() - end);
+    let shown = if c.is_alphanumeric() {
+        format!("`{c}`")
+    } else {
+        format!("`{}` (U+{:04X})", c.escape_debug(), u32::from(c))
+    };
+    let message = format!("{shown} is no character of the language");
+    let span = if is_part(c) {
+        place.span(from, end + n_more)
+    } else {
+        place.span(start, end)
+    };
+    let problem = Problem::error("hatp::syntax", message, span, "");
+    Some(problem.help(
+        "names are of the letters `a` to `z` and `A` to `Z`, digits and `_`; strings and comments may have any others",
+    ))
+}
 
-/// The other words that a slip of the pen may have meant.
-const OTHER_WORDS: [&str; 15] = [
-    "entityType",
-    "entityAttributes",
-    "static",
-    "dynamic",
-    "atom",
-    "SELECT",
-    "SELECTORDERED",
-    "SELECTONCE",
-    "FORALL",
-    "EXIST",
-    "OR",
-    "NOT",
-    "IF",
-    "ELSE",
-    "after",
-];
+/// Returns the error of a misspelt keyword: it passes for a name, but the word is wrong and not what follows it.
+fn misspelt_name(words: &[&str], word: Token, next: Option<Token>, place: &Place<'_>) -> Option<Problem> {
+    let text_of = |token: Token| place.text.get(token.0..token.1);
+    let only_a_name = words.contains(&"`=`") && words.iter().all(|w| NAME_MARKS.contains(w));
+    let begins = match place.layout.around(word.0).0 {
+        Some(before) => matches!(text_of(before), Some("{" | "}" | ";")),
+        None => true,
+    };
+    if !only_a_name || !begins {
+        return None;
+    }
+    let found = text_of(word)?;
+    let near = misspelt(found, next.and_then(text_of) == Some("{"))?;
+    let message = format!("expected `{near}`, found `{}`", shortened(found));
+    let problem = Problem::error(
+        "hatp::syntax",
+        message,
+        place.span(word.0, word.1),
+        format!("expected `{near}`"),
+    );
+    Some(problem.help(format!("did you mean `{near}`?")))
+}
+
+/// What may follow a name that begins a statement.
+const NAME_MARKS: [&str; 6] = ["`=`", "`.`", "`(`", "`:`", "`<<=`", "`=>>`"];
+
+/// Says where a token may stand, if it is a keyword.
+fn group(token: &str) -> Option<Group> {
+    keywords().iter().find(|k| k.word == token).map(|k| k.group)
+}
 
 /// Returns how to say what other languages say with this mark.
 fn foreign(found: &str) -> Option<&'static str> {
@@ -157,16 +190,16 @@ fn foreign(found: &str) -> Option<&'static str> {
     }
 }
 
-/// Returns the keyword that the word was meant to be: nearly one, or, if `strict`, one in other capitals.
-fn misspelt(found: &str, strict: bool) -> Option<&'static str> {
-    let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic());
-    let keywords: Vec<&'static str> = [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
-    if !is_word || keywords.contains(&found) {
+/// Returns the keyword that the word was meant to be; before a brace, three letters are enough to tell.
+fn misspelt(found: &str, before_brace: bool) -> Option<&'static str> {
+    let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic() || c == '_');
+    if !is_word || group(found).is_some() {
         return None;
     }
-    let near = nearest(found, keywords.iter().copied())?;
+    let is_keyword = |k: &&Keyword| !matches!(k.group, Group::Constant | Group::Type);
+    let near = nearest(found, keywords().iter().filter(is_keyword).map(|k| k.word))?;
     let same_letters = near.eq_ignore_ascii_case(found);
-    (same_letters || !strict && found.len() > 3).then_some(near)
+    (same_letters || found.len() > if before_brace { 2 } else { 3 }).then_some(near)
 }
 
 /// Returns `a`, `a or b`, `a, b or c`.

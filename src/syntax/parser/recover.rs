@@ -23,14 +23,25 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
             continue;
         }
         let start = piece.as_span().start();
-        match HatpParser::parse(Rule::lone, piece.as_str()) {
-            Ok(pairs) => items.extend(Builder::new(place, start, problems).items(pairs)),
-            Err(error) => {
-                let starts = &place.compact.starts;
-                let token = |at| starts.partition_point(|s| *s < at);
-                let part = token(start)..token(piece.as_span().end());
-                errors(&error, start, part, place, problems);
+        let error = match HatpParser::parse(Rule::lone, piece.as_str()) {
+            Ok(pairs) => {
+                items.extend(Builder::new(place, start, problems).items(pairs));
+                continue;
             }
+            Err(error) => error,
+        };
+        let token = |at| place.compact.starts.partition_point(|s| *s < at);
+        let n_before = problems.0.len();
+        // Items behind one whose first word is misspelt are in its piece.
+        for chunk in item_chunks(token(start)..token(piece.as_span().end()), place) {
+            let from = place.compact.starts[chunk.start];
+            match HatpParser::parse(Rule::lone, part_text(&chunk, place)) {
+                Ok(pairs) => items.extend(Builder::new(place, from, problems).items(pairs)),
+                Err(own) => errors(&own, from, chunk, place, problems),
+            }
+        }
+        if problems.0.len() == n_before {
+            problems.push(expected(&error, start, place));
         }
     }
     if !problems.has_errors() {
@@ -38,6 +49,35 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
         problems.push(expected(whole, 0, place));
     }
     items
+}
+
+/// Cuts a piece into items and openings of blocks.
+fn item_chunks(piece: Range<usize>, place: &Place<'_>) -> Vec<Range<usize>> {
+    let opens_block =
+        |i: usize| text(i + 1, place) == "{" && matches!(text(i, place), "HTN" | "factdatabase" | "factDatabase");
+    let mut out = Vec::new();
+    let (mut start, mut i) = (piece.start, piece.start);
+    while i < piece.end {
+        let mark = text(i, place);
+        if matches!(mark, "{" | "(" | "[") && !(i == start + 1 && opens_block(start)) {
+            let Some(close) = partner(i, piece.end, place) else {
+                break;
+            };
+            i = close;
+        }
+        i += 1;
+        // What does not begin with a word goes on with what came before.
+        let next = if i < piece.end { text(i, place) } else { "" };
+        let is_word = next.starts_with(|c: char| c.is_ascii_alphabetic());
+        if matches!(mark, ";" | "{" | "}") && (is_word || next.is_empty()) {
+            out.push(start..i);
+            start = i;
+        }
+    }
+    if start < piece.end {
+        out.push(start..piece.end);
+    }
+    out
 }
 
 /// Adds the errors of a part, a range of tokens, of which pest said `error`; `start` is where it starts [bytes].
@@ -48,8 +88,7 @@ fn errors(error: &Error<Rule>, start: usize, part: Range<usize>, place: &Place<'
         let begin = place.compact.starts[body.start];
         for chunk in chunks(rule, body, place) {
             let from = place.compact.starts[chunk.start];
-            let end = end_of(chunk.end - 1, place);
-            let Err(own) = HatpParser::parse(rule, &place.compact.text[from..end]) else {
+            let Err(own) = HatpParser::parse(rule, part_text(&chunk, place)) else {
                 continue;
             };
             // The same error seen from outside knows better what may follow.
@@ -66,10 +105,11 @@ fn errors(error: &Error<Rule>, start: usize, part: Range<usize>, place: &Place<'
     problems.push(expected(error, start, place));
 }
 
-/// Returns where a token ends [bytes of what pest sees].
-fn end_of(token: usize, place: &Place<'_>) -> usize {
-    let (start, end) = place.layout.tokens[token];
-    place.compact.starts[token] + (end - start)
+/// Returns what pest sees of a part.
+fn part_text<'t>(part: &Range<usize>, place: &'t Place<'_>) -> &'t str {
+    let compact = &place.compact;
+    let end = compact.starts.get(part.end).copied().unwrap_or(compact.text.len());
+    compact.text[compact.starts[part.start]..end].trim_end()
 }
 
 fn text<'t>(token: usize, place: &'t Place<'_>) -> &'t str {
