@@ -13,7 +13,7 @@ use super::analysis::Analysis;
 use super::document::Document;
 use super::hover::doc;
 use super::index::{Kind, Symbol, Value};
-use super::keywords::keyword;
+use super::keywords::meaning;
 use context::{Block, Context, context, path_value};
 
 /// Candidates that are sent. HEURISTIC: a domain has hundreds of names; a made-up one must not fill the line to the editor.
@@ -111,12 +111,12 @@ impl<'a> Offer<'a> {
                 _ => self.values(context),
             },
             Block::Value => self.values(context),
-            Block::Action
-            | Block::Method
-            | Block::Decomposition
-            | Block::Projects
-            | Block::Settings
-            | Block::Opaque => {}
+            Block::Settings => match before {
+                [] => self.words(&["interleave"]),
+                [_, "="] => self.words(&["true", "false"]),
+                _ => {}
+            },
+            Block::Action | Block::Method | Block::Decomposition | Block::Projects | Block::Opaque => {}
         }
     }
 
@@ -263,11 +263,13 @@ impl<'a> Offer<'a> {
 
     fn words(&mut self, words: &[&str]) {
         for word in words {
-            let known = keyword(word);
-            let form = known.map_or("", |k| k.form);
-            let mut item = plain(word, CompletionItemKind::KEYWORD, form);
-            item.documentation = known.map(|k| markdown(k.meaning.to_owned()));
-            self.items.push(item);
+            let documentation = meaning(word).map(|m| markdown(m.to_owned()));
+            self.items.push(CompletionItem {
+                label: (*word).to_owned(),
+                kind: Some(CompletionItemKind::KEYWORD),
+                documentation,
+                ..CompletionItem::default()
+            });
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use lsp_types::{Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, NumberOrString, Uri};
+use lsp_types::{Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, NumberOrString};
 
 use super::analysis::Analysis;
 use super::document::Document;
@@ -20,7 +20,7 @@ const MAX_DIAGNOSTICS: usize = 500;
 const UNKNOWN_NAME: &str = "hatp::unknown-name";
 
 /// Returns the diagnostics of a document.
-pub(super) fn diagnostics(uri: &Uri, document: &Document, analysis: &Analysis) -> Vec<Diagnostic> {
+pub(super) fn diagnostics(document: &Document, analysis: &Analysis) -> Vec<Diagnostic> {
     let mut told: BTreeSet<&str> = BTreeSet::new();
     let is_here = |p: &&Problem| p.primary.as_ref().is_some_and(|l| l.span.file == analysis.file);
     let problems = analysis.problems.0.iter().filter(is_here).filter(|problem| {
@@ -28,7 +28,7 @@ pub(super) fn diagnostics(uri: &Uri, document: &Document, analysis: &Analysis) -
         !may_be_declared || told.insert(&problem.message)
     });
     problems
-        .map(|p| diagnostic(uri, document, analysis, p))
+        .map(|p| diagnostic(document, analysis, p))
         .take(MAX_DIAGNOSTICS)
         .collect()
 }
@@ -46,7 +46,7 @@ pub(super) fn proposed(problem: &Problem) -> Option<&str> {
     is_name.then_some(name)
 }
 
-fn diagnostic(uri: &Uri, document: &Document, analysis: &Analysis, problem: &Problem) -> Diagnostic {
+fn diagnostic(document: &Document, analysis: &Analysis, problem: &Problem) -> Diagnostic {
     let range = |span| document.lines.range(&document.text, span);
     let severity = match (problem.severity, problem.code == UNKNOWN_NAME) {
         (Severity::Warning, _) => DiagnosticSeverity::WARNING,
@@ -60,12 +60,12 @@ fn diagnostic(uri: &Uri, document: &Document, analysis: &Analysis, problem: &Pro
     };
     let note = |note: &Label| {
         Some(DiagnosticRelatedInformation {
-            location: location(uri, document, analysis, note.span)?,
+            location: location(document, analysis, note.span)?,
             message: note.text.clone(),
         })
     };
     let related: Vec<DiagnosticRelatedInformation> = problem.notes.iter().filter_map(note).collect();
-    let unused = problem.code == "hatp::unused-variable";
+    let unused = problem.code.split("::").any(|name| name.starts_with("unused"));
     Diagnostic {
         range: problem.primary.as_ref().map(|l| range(l.span)).unwrap_or_default(),
         severity: Some(severity),

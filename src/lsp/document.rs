@@ -3,9 +3,10 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use lsp_types::TextDocumentContentChangeEvent;
+use lsp_types::{TextDocumentContentChangeEvent, Uri};
 
 use super::analysis::Analysis;
+use super::place::path_of;
 use super::position::Lines;
 
 /// A larger document is not looked into [bytes]; the command line reads it all the same.
@@ -14,6 +15,8 @@ pub(super) const LARGEST: usize = 8 << 20;
 /// An open document.
 #[derive(Debug)]
 pub(super) struct Document {
+    /// As the editor names it.
+    pub uri: Uri,
     /// Of its file; a document that was never saved has its address here, which no file has.
     pub path: String,
     pub text: String,
@@ -25,10 +28,11 @@ pub(super) struct Document {
 }
 
 impl Document {
-    pub(super) fn new(path: String, text: String, version: i32) -> Self {
+    pub(super) fn new(uri: Uri, text: String, version: i32) -> Self {
         let lines = Lines::of(&text);
         Document {
-            path,
+            path: path_of(&uri).unwrap_or_else(|| uri.as_str().to_owned()),
+            uri,
             text,
             lines,
             version,

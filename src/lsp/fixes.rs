@@ -1,6 +1,6 @@
 //! Quick fixes: where a message says "did you mean", the proposed name in place of the marked one.
 
-use lsp_types::{CodeAction, CodeActionKind, Range, TextEdit, Uri, WorkspaceEdit};
+use lsp_types::{CodeAction, CodeActionKind, Range, TextEdit, WorkspaceEdit};
 
 use super::analysis::Analysis;
 use super::diagnostics::proposed;
@@ -9,14 +9,13 @@ use crate::diag::Problem;
 
 /// Returns the fixes of all problems that touch `range`; `edit` wraps changes as the editor wants them.
 pub(super) fn fixes(
-    uri: &Uri,
     document: &Document,
     analysis: &Analysis,
     range: Range,
-    edit: impl Fn(&Uri, &Document, Vec<TextEdit>) -> WorkspaceEdit,
+    edit: impl Fn(&Document, Vec<TextEdit>) -> WorkspaceEdit,
 ) -> Vec<CodeAction> {
     // Of a syntax error the marked place may be beside the word that is meant.
-    let is_name = |p: &&Problem| p.code.starts_with("hatp::unknown-");
+    let is_name = |p: &&Problem| p.code.split("::").any(|name| name.starts_with("unknown"));
     let problems = analysis.problems.0.iter().filter(is_name);
     let fix = |problem: &Problem| -> Option<CodeAction> {
         let name = proposed(problem)?;
@@ -29,7 +28,7 @@ pub(super) fn fixes(
         Some(CodeAction {
             title: format!("change to `{name}`"),
             kind: Some(CodeActionKind::QUICKFIX),
-            edit: Some(edit(uri, document, vec![change])),
+            edit: Some(edit(document, vec![change])),
             is_preferred: Some(true),
             ..CodeAction::default()
         })

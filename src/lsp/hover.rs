@@ -5,7 +5,7 @@ use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind, Position};
 use super::analysis::Analysis;
 use super::document::Document;
 use super::index::{Kind, Symbol, Value};
-use super::keywords::keyword;
+use super::keywords::meaning;
 use crate::source::Span;
 use crate::syntax::layout::layout;
 
@@ -30,9 +30,10 @@ fn word_at(analysis: &Analysis, text: &str, at: usize) -> Option<(Span, String)>
     let layout = layout(text);
     let after = layout.tokens.partition_point(|t| t.0 <= at);
     let (start, end) = *layout.tokens.get(after.checked_sub(1)?)?;
-    let found = keyword(text.get(start..end)?).filter(|_| at <= end)?;
+    let word = text.get(start..end).filter(|_| at <= end)?;
+    let meaning = meaning(word)?;
     let span = Span::new(analysis.file, start, end);
-    Some((span, format!("```hatp\n{}\n```\n\n{}", found.form, found.meaning)))
+    Some((span, format!("```hatp\n{word}\n```\n\n{meaning}")))
 }
 
 /// Returns a symbol's declaration, what it belongs to, and its comment, as Markdown.

@@ -68,6 +68,7 @@ pub(super) enum Value {
     String,
     Duration,
     Entity(SymbolId),
+    /// Of entities of a type; of values, or of what is not known.
     Set(Option<SymbolId>),
     /// Not known here: a mistake, an entity of the world, `any` of the prelude.
     Unknown,
@@ -246,16 +247,15 @@ impl Index {
 
     /// Returns what a type's name stands for.
     pub(super) fn value_of(&self, ty: &str, is_set: bool) -> Value {
+        if is_set {
+            return Value::Set(self.type_named(ty));
+        }
         match ty {
             "number" | "int" | "float" => Value::Number,
             "bool" => Value::Bool,
             "string" => Value::String,
             "duration" => Value::Duration,
-            _ => match (self.type_named(ty), is_set) {
-                (Some(ty), false) => Value::Entity(ty),
-                (ty, true) => Value::Set(ty),
-                (None, false) => Value::Unknown,
-            },
+            _ => self.type_named(ty).map_or(Value::Unknown, Value::Entity),
         }
     }
 

@@ -13,6 +13,7 @@ mod comment;
 mod completion;
 mod diagnostics;
 mod document;
+mod editor;
 mod fixes;
 mod formatting;
 mod hover;

@@ -1,6 +1,6 @@
 //! From a name to its declaration, to its uses, and to all of them marked in the text.
 
-use lsp_types::{DocumentHighlight, DocumentHighlightKind, Location, Position, Uri};
+use lsp_types::{DocumentHighlight, DocumentHighlightKind, Location, Position};
 
 use super::analysis::Analysis;
 use super::document::Document;
@@ -15,9 +15,12 @@ fn found_at(document: &Document, analysis: &Analysis, position: Position) -> Opt
 }
 
 /// Returns the place of a span in the document or in a file that it imports; none in the prelude, which is no file.
-pub(super) fn location(uri: &Uri, document: &Document, analysis: &Analysis, span: Span) -> Option<Location> {
+pub(super) fn location(document: &Document, analysis: &Analysis, span: Span) -> Option<Location> {
     if span.file == analysis.file {
-        return Some(Location::new(uri.clone(), document.lines.range(&document.text, span)));
+        return Some(Location::new(
+            document.uri.clone(),
+            document.lines.range(&document.text, span),
+        ));
     }
     if span.file == PRELUDE {
         return None;
@@ -28,15 +31,14 @@ pub(super) fn location(uri: &Uri, document: &Document, analysis: &Analysis, span
 }
 
 /// Returns where the name at a position is declared. What is built in or declared by a world file has no place.
-pub(super) fn definition(uri: &Uri, document: &Document, analysis: &Analysis, position: Position) -> Option<Location> {
+pub(super) fn definition(document: &Document, analysis: &Analysis, position: Position) -> Option<Location> {
     let found = found_at(document, analysis, position)?;
     let declared = analysis.index.get(found.symbol).declared?;
-    location(uri, document, analysis, declared.name)
+    location(document, analysis, declared.name)
 }
 
 /// Returns every place of the name at a position, in the document and in what it imports; its declaration only if asked for.
 pub(super) fn references(
-    uri: &Uri,
     document: &Document,
     analysis: &Analysis,
     position: Position,
@@ -45,7 +47,7 @@ pub(super) fn references(
     let found = found_at(document, analysis, position)?;
     let places = analysis.index.places(found.symbol);
     let places = places.filter(|o| with_declaration || !o.is_declaration);
-    let place = |o: &Occurrence| location(uri, document, analysis, o.span);
+    let place = |o: &Occurrence| location(document, analysis, o.span);
     Some(places.filter_map(place).collect())
 }
 

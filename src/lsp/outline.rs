@@ -5,7 +5,7 @@ use lsp_types::{DocumentSymbol, SymbolKind};
 use super::analysis::Analysis;
 use super::document::Document;
 use crate::source::Span;
-use crate::syntax::ast::{Action, Attribute, Attributes, Item, Method, Name, Param, Step};
+use crate::syntax::ast::{Attribute, Attributes, Item, Method, Name, Param, Step};
 
 /// Returns the tree, in the order of the file.
 pub(super) fn outline(document: &Document, analysis: &Analysis) -> Vec<DocumentSymbol> {
@@ -66,7 +66,7 @@ impl Outline<'_> {
                 e.name.span,
                 Vec::new(),
             ),
-            Item::Action(action) => self.action(action),
+            Item::Action(a) => task("action", &a.name, &a.params, a.span),
             Item::Method(method) => self.method(method),
             Item::Function(f) => task("function", &f.name, &f.params, f.span),
             Item::Geometric(g) => task("geometric", &g.name, &g.params, g.span),
@@ -94,20 +94,6 @@ impl Outline<'_> {
             block.span,
             place,
             children,
-        )
-    }
-
-    fn action(&self, action: &Action) -> DocumentSymbol {
-        let list: Vec<&str> = action.params.iter().map(|p| p.name.text.as_str()).collect();
-        let detail = format!("action({})", list.join(", "));
-        let place = action.name.span;
-        self.symbol(
-            &action.name.text,
-            detail,
-            SymbolKind::FUNCTION,
-            action.span,
-            place,
-            Vec::new(),
         )
     }
 

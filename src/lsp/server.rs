@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
+use std::str::FromStr;
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
@@ -14,20 +15,16 @@ use lsp_types::request::{
     HoverRequest, Initialize, PrepareRenameRequest, References, Rename, Request as Method, Shutdown,
 };
 use lsp_types::{
-    ClientCapabilities, CodeActionKind, CodeActionOptions, CodeActionOrCommand, CodeActionProviderCapability,
-    CodeActionResponse, CompletionOptions, CompletionResponse, Diagnostic, DocumentSymbolResponse,
-    GotoDefinitionResponse, HoverProviderCapability, InitializeParams, InitializeResult, OneOf,
-    OptionalVersionedTextDocumentIdentifier, PositionEncodingKind, PrepareRenameResponse, PublishDiagnosticsParams,
-    RenameOptions, ServerCapabilities, ServerInfo, TextDocumentEdit, TextDocumentPositionParams,
-    TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions, TextEdit,
-    Uri, WorkDoneProgressOptions, WorkspaceEdit,
+    CodeActionOrCommand, CodeActionResponse, CompletionResponse, Diagnostic, DocumentSymbolResponse,
+    GotoDefinitionResponse, InitializeParams, InitializeResult, PrepareRenameResponse, PublishDiagnosticsParams,
+    ServerInfo, TextDocumentPositionParams, Uri,
 };
 
 use super::analysis::Analysis;
 use super::completion::completion;
 use super::diagnostics::diagnostics;
 use super::document::{Document, LARGEST};
-use super::place::path_of;
+use super::editor::{Editor, capabilities};
 use super::{fixes, formatting, hover, navigate, outline, rename};
 use crate::source::Files;
 
@@ -80,18 +77,11 @@ pub(super) struct Server<'f> {
     /// The disk, for what documents import.
     files: &'f dyn Files,
     stage: Stage,
-    documents: BTreeMap<Uri, Document>,
+    /// By address.
+    documents: BTreeMap<String, Document>,
     /// Documents whose diagnostics are to be sent.
-    changed: BTreeSet<Uri>,
+    changed: BTreeSet<String>,
     editor: Editor,
-}
-
-/// What the editor can do.
-#[derive(Debug, Clone, Copy, Default)]
-struct Editor {
-    has_snippets: bool,
-    has_document_changes: bool,
-    has_versions: bool,
 }
 
 /// Why a request has no result.
@@ -102,7 +92,7 @@ struct Refusal {
 
 /// The files as the editor has them: what is open hides what is on the disk.
 struct Overlay<'a> {
-    documents: &'a BTreeMap<Uri, Document>,
+    documents: &'a BTreeMap<String, Document>,
     files: &'a dyn Files,
 }
 
@@ -189,31 +179,29 @@ impl<'f> Server<'f> {
         match request.method.as_str() {
             HoverRequest::METHOD => answered::<HoverRequest>(request, |p| {
                 let at = p.text_document_position_params;
-                self.at(&at, |_, document, analysis| {
-                    hover::hover(document, analysis, at.position)
-                })
+                self.at(&at, |document, analysis| hover::hover(document, analysis, at.position))
             }),
             GotoDefinition::METHOD => answered::<GotoDefinition>(request, |p| {
                 let at = p.text_document_position_params;
-                self.at(&at, |uri, document, analysis| {
-                    let found = navigate::definition(uri, document, analysis, at.position);
+                self.at(&at, |document, analysis| {
+                    let found = navigate::definition(document, analysis, at.position);
                     found.map(GotoDefinitionResponse::Scalar)
                 })
             }),
             References::METHOD => answered::<References>(request, |p| {
                 let (at, with_declaration) = (p.text_document_position, p.context.include_declaration);
-                self.at(&at, |uri, document, analysis| {
-                    navigate::references(uri, document, analysis, at.position, with_declaration)
+                self.at(&at, |document, analysis| {
+                    navigate::references(document, analysis, at.position, with_declaration)
                 })
             }),
             DocumentHighlightRequest::METHOD => answered::<DocumentHighlightRequest>(request, |p| {
                 let at = p.text_document_position_params;
-                self.at(&at, |_, document, analysis| {
+                self.at(&at, |document, analysis| {
                     navigate::highlights(document, analysis, at.position)
                 })
             }),
             PrepareRenameRequest::METHOD => answered::<PrepareRenameRequest>(request, |at| {
-                self.at(&at, |_, document, analysis| {
+                self.at(&at, |document, analysis| {
                     rename::prepare(document, analysis, at.position)
                 })?
                 .map(|range| Some(PrepareRenameResponse::Range(range)))
@@ -222,33 +210,33 @@ impl<'f> Server<'f> {
             Rename::METHOD => answered::<Rename>(request, |p| {
                 let at = p.text_document_position;
                 let files = self.overlay();
-                self.at(&at, |uri, document, analysis| {
+                self.at(&at, |document, analysis| {
                     let edits = rename::rename(document, analysis, at.position, &p.new_name, &files)?;
-                    Ok(Some(editor.workspace_edit(uri, document, edits)))
+                    Ok(Some(editor.workspace_edit(document, edits)))
                 })?
                 .map_err(refused)
             }),
             Completion::METHOD => answered::<Completion>(request, |p| {
                 let at = p.text_document_position;
-                self.at(&at, |_, document, analysis| {
+                self.at(&at, |document, analysis| {
                     let items = completion(document, analysis, at.position, editor.has_snippets);
                     Some(CompletionResponse::Array(items))
                 })
             }),
             Formatting::METHOD => answered::<Formatting>(request, |p| {
-                self.document(&p.text_document.uri, |_, document, analysis| {
+                self.document(&p.text_document.uri, |document, analysis| {
                     formatting::formatting(document, analysis)
                 })
             }),
             DocumentSymbolRequest::METHOD => answered::<DocumentSymbolRequest>(request, |p| {
-                self.document(&p.text_document.uri, |_, document, analysis| {
+                self.document(&p.text_document.uri, |document, analysis| {
                     Some(DocumentSymbolResponse::Nested(outline::outline(document, analysis)))
                 })
             }),
             CodeActionRequest::METHOD => answered::<CodeActionRequest>(request, |p| {
-                self.document(&p.text_document.uri, |uri, document, analysis| {
-                    let wrap = |uri: &Uri, document: &Document, edits| editor.workspace_edit(uri, document, edits);
-                    let fixes = fixes::fixes(uri, document, analysis, p.range, wrap);
+                self.document(&p.text_document.uri, |document, analysis| {
+                    let wrap = |document: &Document, edits| editor.workspace_edit(document, edits);
+                    let fixes = fixes::fixes(document, analysis, p.range, wrap);
                     let fixes = fixes.into_iter().map(CodeActionOrCommand::CodeAction);
                     Some(fixes.collect::<CodeActionResponse>())
                 })
@@ -272,21 +260,17 @@ impl<'f> Server<'f> {
         Rc::clone(document.analysis.get_or_init(analysis))
     }
 
-    fn at<T>(
-        &self,
-        at: &TextDocumentPositionParams,
-        f: impl FnOnce(&Uri, &Document, &Analysis) -> T,
-    ) -> Result<T, Refusal> {
+    fn at<T>(&self, at: &TextDocumentPositionParams, f: impl FnOnce(&Document, &Analysis) -> T) -> Result<T, Refusal> {
         self.document(&at.text_document.uri, f)
     }
 
     /// Asks about an open document.
-    fn document<T>(&self, uri: &Uri, f: impl FnOnce(&Uri, &Document, &Analysis) -> T) -> Result<T, Refusal> {
-        let document = self.documents.get(uri).ok_or_else(|| Refusal {
+    fn document<T>(&self, uri: &Uri, f: impl FnOnce(&Document, &Analysis) -> T) -> Result<T, Refusal> {
+        let document = self.documents.get(uri.as_str()).ok_or_else(|| Refusal {
             code: ErrorCode::InvalidParams,
             message: "the document is not open".into(),
         })?;
-        Ok(f(uri, document, &self.analysis(document)))
+        Ok(f(document, &self.analysis(document)))
     }
 
     fn notification(&mut self, notification: Notification) {
@@ -298,33 +282,33 @@ impl<'f> Server<'f> {
                 let Some(p) = read::<DidOpenTextDocument>(notification) else {
                     return;
                 };
-                let uri = p.text_document.uri;
-                let path = path_of(&uri).unwrap_or_else(|| uri.as_str().to_owned());
-                let opened = Document::new(path, p.text_document.text, p.text_document.version);
-                self.documents.insert(uri.clone(), opened);
-                self.has_changed(uri);
+                let (uri, opened) = (p.text_document.uri, p.text_document.text);
+                let address = uri.as_str().to_owned();
+                let opened = Document::new(uri, opened, p.text_document.version);
+                self.documents.insert(address.clone(), opened);
+                self.has_changed(address);
             }
             DidChangeTextDocument::METHOD => {
                 let Some(p) = read::<DidChangeTextDocument>(notification) else {
                     return;
                 };
-                if let Some(document) = self.documents.get_mut(&p.text_document.uri) {
+                if let Some(document) = self.documents.get_mut(p.text_document.uri.as_str()) {
                     document.change(p.content_changes, p.text_document.version);
-                    self.has_changed(p.text_document.uri);
+                    self.has_changed(p.text_document.uri.as_str().to_owned());
                 }
             }
             DidCloseTextDocument::METHOD => {
                 let Some(p) = read::<DidCloseTextDocument>(notification) else {
                     return;
                 };
-                self.documents.remove(&p.text_document.uri);
-                self.has_changed(p.text_document.uri);
+                self.documents.remove(p.text_document.uri.as_str());
+                self.has_changed(p.text_document.uri.as_str().to_owned());
             }
             DidSaveTextDocument::METHOD => {
                 let Some(p) = read::<DidSaveTextDocument>(notification) else {
                     return;
                 };
-                self.has_changed(p.text_document.uri);
+                self.has_changed(p.text_document.uri.as_str().to_owned());
             }
             // `initialized`, `$/cancelRequest`: nothing is to be done.
             _ => {}
@@ -332,32 +316,34 @@ impl<'f> Server<'f> {
     }
 
     /// Forgets what is known of the document and of those that may import it.
-    fn has_changed(&mut self, uri: Uri) {
+    fn has_changed(&mut self, address: String) {
         for (other, document) in &mut self.documents {
-            let depends = *other == uri || document.analysis.get().is_some_and(|a| a.has_imports());
+            let depends = *other == address || document.analysis.get().is_some_and(|a| a.has_imports());
             if depends {
                 document.analysis.take();
                 self.changed.insert(other.clone());
             }
         }
-        self.changed.insert(uri);
+        self.changed.insert(address);
     }
 
     /// Returns the diagnostics of all documents that have changed; none for those that were closed.
     pub(super) fn publish(&mut self) -> Vec<Message> {
         let changed = std::mem::take(&mut self.changed);
-        let message = |uri: Uri| {
-            let version = self.documents.get(&uri).map(|d| d.version);
-            let diagnostics = match self.documents.get(&uri) {
+        let message = |address: String| {
+            let document = self.documents.get(&address);
+            let diagnostics = match document {
                 Some(document) if document.is_too_large() => vec![too_large()],
-                Some(document) => diagnostics(&uri, document, &self.analysis(document)),
+                Some(document) => diagnostics(document, &self.analysis(document)),
                 None => Vec::new(),
             };
-            let version = version.filter(|_| self.editor.has_versions);
+            let version = document.map(|d| d.version).filter(|_| self.editor.has_versions);
+            let uri = Uri::from_str(&address).ok()?;
             let params = PublishDiagnosticsParams::new(uri, diagnostics, version);
-            Message::Notification(Notification::new(PublishDiagnostics::METHOD.into(), params))
+            let told = Notification::new(PublishDiagnostics::METHOD.into(), params);
+            Some(Message::Notification(told))
         };
-        changed.into_iter().map(message).collect()
+        changed.into_iter().filter_map(message).collect()
     }
 }
 
@@ -394,75 +380,6 @@ fn too_large() -> Diagnostic {
         source: Some("sgap".into()),
         message,
         ..Diagnostic::default()
-    }
-}
-
-impl Editor {
-    fn of(capabilities: &ClientCapabilities) -> Self {
-        let text = capabilities.text_document.as_ref();
-        let completion = text.and_then(|t| t.completion.as_ref());
-        let item = completion.and_then(|c| c.completion_item.as_ref());
-        let diagnostics = text.and_then(|t| t.publish_diagnostics.as_ref());
-        let workspace = capabilities.workspace.as_ref();
-        let edit = workspace.and_then(|w| w.workspace_edit.as_ref());
-        Editor {
-            has_snippets: item.and_then(|i| i.snippet_support) == Some(true),
-            has_document_changes: edit.and_then(|e| e.document_changes) == Some(true),
-            has_versions: diagnostics.and_then(|d| d.version_support) == Some(true),
-        }
-    }
-
-    /// Returns changes of one document: with its version for editors that look at it.
-    #[expect(
-        clippy::mutable_key_type,
-        reason = "the protocol's own map; its key caches what it was parsed to"
-    )]
-    fn workspace_edit(self, uri: &Uri, document: &Document, edits: Vec<TextEdit>) -> WorkspaceEdit {
-        if !self.has_document_changes {
-            return WorkspaceEdit::new([(uri.clone(), edits)].into());
-        }
-        let change = TextDocumentEdit {
-            text_document: OptionalVersionedTextDocumentIdentifier {
-                uri: uri.clone(),
-                version: Some(document.version),
-            },
-            edits: edits.into_iter().map(OneOf::Left).collect(),
-        };
-        WorkspaceEdit {
-            document_changes: Some(lsp_types::DocumentChanges::Edits(vec![change])),
-            ..WorkspaceEdit::default()
-        }
-    }
-}
-
-fn capabilities() -> ServerCapabilities {
-    ServerCapabilities {
-        position_encoding: Some(PositionEncodingKind::UTF16),
-        text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
-            open_close: Some(true),
-            change: Some(TextDocumentSyncKind::INCREMENTAL),
-            save: Some(TextDocumentSyncSaveOptions::Supported(true)),
-            ..TextDocumentSyncOptions::default()
-        })),
-        document_formatting_provider: Some(OneOf::Left(true)),
-        hover_provider: Some(HoverProviderCapability::Simple(true)),
-        definition_provider: Some(OneOf::Left(true)),
-        references_provider: Some(OneOf::Left(true)),
-        document_highlight_provider: Some(OneOf::Left(true)),
-        document_symbol_provider: Some(OneOf::Left(true)),
-        rename_provider: Some(OneOf::Right(RenameOptions {
-            prepare_provider: Some(true),
-            work_done_progress_options: WorkDoneProgressOptions::default(),
-        })),
-        completion_provider: Some(CompletionOptions {
-            trigger_characters: Some(vec![".".into()]),
-            ..CompletionOptions::default()
-        }),
-        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
-            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
-            ..CodeActionOptions::default()
-        })),
-        ..ServerCapabilities::default()
     }
 }
 

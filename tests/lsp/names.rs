@@ -67,7 +67,7 @@ fn hover_tells_declaration_type_and_comment() {
             &["fact isReachable(any O, Agent A)", "without moving its base"],
         ),
         (nth(SMALL, "after 1", 0, 6), &["1: Pick", "label"]),
-        (nth(SMALL, "SELECT", 0, 2), &["SELECT(", "choice point"]),
+        (nth(SMALL, "SELECT", 0, 2), &["SELECT", "choice among all entities"]),
         (nth(SMALL, "size(Os)", 0, 0), &["number of entities"]),
     ];
     for (position, parts) in cases {

@@ -34,7 +34,6 @@ fn every_problem_has_its_place_and_its_remedy() {
             // Nearly a name that is known: told wherever it stands.
             ("hatp::unknown-name", "Toool", 2),
             ("hatp::unknown-name", "Toool", 2),
-            ("hatp::unused-variable", "B", 2),
             ("hatp::unknown-task", "Pik", 1),
         ]
     );
@@ -43,9 +42,17 @@ fn every_problem_has_its_place_and_its_remedy() {
     assert_eq!(related["location"]["uri"], URI);
     assert_eq!(related["location"]["range"]["start"], at(BROKEN, "isOn;"));
     assert!(related["message"].as_str().unwrap().contains("first declared"));
-    assert_eq!(with_code(&found, "hatp::unused-variable")[0]["tags"], json!([1]));
     let message = with_code(&found, "hatp::unknown-task")[0]["message"].as_str().unwrap();
     assert!(message.ends_with("help: did you mean `Pick`?"), "{message}");
+}
+
+#[test]
+fn a_variable_that_nothing_uses_is_marked_as_such() {
+    let mut client = Client::with(&SMALL.replace("Pick(A, Where)", "Pick(A, O)"));
+    let found = client.diagnostics(1);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0]["code"], "hatp::unused-variable");
+    assert_eq!((&found[0]["severity"], &found[0]["tags"]), (&json!(2), &json!([1])));
 }
 
 #[test]
@@ -207,6 +214,8 @@ fn proposals_are_those_of_the_place() {
             &["set", "Object", "number"],
             &["A"],
         ),
+        ("HTN {", "settings { | } HTN {", &["interleave"], &["true"]),
+        ("HTN {", "settings { interleave = |", &["true", "false"], &["NULL"]),
         ("HTN {", "|", &["HTN", "action"], &["goal"]),
     ];
     for (old, typed, wanted, unwanted) in cases {
