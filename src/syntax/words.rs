@@ -58,13 +58,17 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::test_op => "a comparison",
         Rule::effect | Rule::forall_effect | Rule::if_effect | Rule::assignment => "an effect",
         Rule::effect_op => "`=`",
-        Rule::expr | Rule::operand | Rule::negated | Rule::named | Rule::number | Rule::boolean | Rule::null => "a value",
+        Rule::expr | Rule::operand | Rule::negated | Rule::named | Rule::number | Rule::boolean | Rule::null => {
+            "a value"
+        }
         Rule::compat_null => return None,
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",
         Rule::args => "`(`",
         Rule::operator => "an operator",
         Rule::string => "a string",
-        Rule::word_char | Rule::reserved | Rule::reserved_capital | Rule::reserved_small | Rule::clause_word => return None,
+        Rule::word_char | Rule::reserved | Rule::reserved_capital | Rule::reserved_small | Rule::clause_word => {
+            return None;
+        }
         Rule::word | Rule::ident => "a name",
         Rule::integer => "a whole number",
         Rule::kw_factdatabase => "`factdatabase`",
