@@ -6,12 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
-use super::disk::Disk;
 use super::output::{Failure, print};
-use super::problems::{ProblemOptions, To};
+use super::{load_world, problems::ProblemOptions};
 use sgap::grp::{Grp, Settings};
-use sgap::source::Sources;
-use sgap::world;
 
 /// Which world.
 #[derive(Debug, Args)]
@@ -32,9 +29,7 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    let mut sources = Sources::default();
-    let (world, problems) = world::load(&options.world.to_string_lossy(), &mut sources, &Disk);
-    let world = options.problems.report(problems, &sources, world, To::Error)?;
+    let world = load_world(&options.world, &options.problems)?;
     let settings = Settings {
         placements: 0,
         ik_restarts: 0,

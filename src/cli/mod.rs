@@ -14,7 +14,7 @@ mod progress;
 mod validate;
 mod view;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
@@ -26,7 +26,9 @@ use sgap::diag::levels::Levels;
 use sgap::diag::{Problem, Problems};
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
-use sgap::source::Sources;
+use sgap::plan::Plan;
+use sgap::report::json;
+use sgap::source::{Files, Sources};
 use sgap::world::World;
 
 /// Exit codes, documented in `docs/exit-codes.md`.
@@ -104,9 +106,12 @@ enum Command {
     #[command(after_help = "Example:
   sgap facts worlds/three_objects.toml")]
     Facts(facts::Options),
-    /// Write a page that shows the plan in 3D
-    #[command(after_help = "Example:
-  sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html")]
+    /// Write a page that shows a plan, or a world alone, in 3D
+    #[command(after_help = "Examples:
+  sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html
+  sgap view domains/clear_table.hatp --task 'ClearTable(TABLE)'
+  sgap view worlds/three_objects.toml
+  sgap view worlds/three_objects.toml plan.json")]
     View(view::Options),
     /// Answer an editor over the Language Server Protocol, on the standard input and output
     #[command(after_help = "An editor starts it: see docs/editors.md.")]
@@ -197,6 +202,22 @@ impl Inputs {
             goal,
         })
     }
+}
+
+/// Loads a world alone.
+fn load_world(path: &Path, options: &ProblemOptions) -> Result<World, Failure> {
+    let mut sources = Sources::default();
+    let (world, problems) = sgap::world::load(&path.to_string_lossy(), &mut sources, &Disk);
+    options.report(problems, &sources, world, To::Error)
+}
+
+/// Reads a plan as `sgap plan --json` writes it.
+fn read_plan(path: &Path) -> Result<Plan, Failure> {
+    let path = path.to_string_lossy();
+    Disk.read(&path).and_then(|text| json::read(&text)).or_else(|why| {
+        let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
+        report(Problems(vec![problem]), &Sources::default(), None)
+    })
 }
 
 /// All that a search or a replay needs.

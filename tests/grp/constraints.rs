@@ -161,7 +161,7 @@ fn what_can_not_hold_is_named_and_counted() {
 fn a_pick_may_have_constraints_too() {
     let case = case(&[ROBOT, HUMAN, TABLE, CUBE, OTHER]);
     let args = ["PR2", "CUBE"].map(|a| case.value(a));
-    let mut pick = |constraints: &Formula| {
+    let pick = |constraints: &Formula| {
         let name = "pick";
         case.grp(0).project(
             &case.domain,

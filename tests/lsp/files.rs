@@ -123,7 +123,7 @@ fn a_file_that_is_not_there_is_told_where_it_is_imported() {
 fn formatting_changes_the_lines_that_differ() {
     let mut client = Client::with(THREE_OBJECTS);
     let options = json!({ "tabSize": 2, "insertSpaces": true });
-    let mut format = |client: &mut Client| {
+    let format = |client: &mut Client| {
         let document = json!({ "uri": super::client::URI });
         client
             .ask(
