@@ -7,6 +7,8 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/symbolic.rs"]
+mod symbolic;
 #[path = "cli/problems.rs"]
 mod problems;
 

@@ -8,11 +8,14 @@
 //! One pass over the nodes; the tasks from the root down to the node at hand are on a stack of its own, so a tree may be
 //! as deep as it likes.
 
+use std::rc::Rc;
+
 use super::{
     Settings,
     evaluate::View,
     fault::{Checked, Fault, Kind},
     notation,
+    requests::Asked,
 };
 use crate::ir::{Binder, Decomposition, Domain, Goal, SelectOrder, TaskId, Value};
 use crate::plan::Node;
@@ -22,6 +25,8 @@ pub(super) struct Replayed<'a> {
     pub(super) domain: &'a Domain,
     /// State before each action, and the last one.
     pub(super) states: &'a [Vec<Value>],
+    /// The world before each action, and the last one.
+    pub(super) worlds: &'a [Rc<Asked<'a>>],
     /// The plan's actions.
     pub(super) actions: &'a [Goal],
     pub(super) settings: &'a Settings,
@@ -188,7 +193,11 @@ impl<'a> Walk<'a> {
         if node.action.is_some() {
             return Err(shape("a compound task is no action"));
         }
-        let view = View::new(domain, &self.replayed.states[self.done]);
+        let view = View::new(
+            domain,
+            &self.replayed.states[self.done],
+            Some(&self.replayed.worlds[self.done]),
+        );
         let mut frame = goal.args.clone();
         frame.resize(method.n_vars.max(goal.args.len()), Value::Null);
         let reached = method.goal.as_ref().map(|test| view.failing(test, &mut frame));
@@ -200,7 +209,9 @@ impl<'a> Walk<'a> {
                 Some(None) => Ok(None),
             };
         };
-        if reached == Some(None) {
+        if let Some(test) = &method.goal
+            && view.strict().holds(test, &mut frame)
+        {
             return Err(Kind::GoalHeldAlready {}.into());
         }
         let decomposition = method.decompositions.get(index).ok_or(Kind::NoSuchDecomposition {
@@ -266,7 +277,11 @@ struct Matching<'a> {
 
 impl Matching<'_> {
     fn view(&self, at: usize) -> View<'_> {
-        View::new(self.replayed.domain, &self.replayed.states[at])
+        View::new(
+            self.replayed.domain,
+            &self.replayed.states[at],
+            Some(&self.replayed.worlds[at]),
+        )
     }
 
     /// Binds from binder `i` on; says whether some choice fits.

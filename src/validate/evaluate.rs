@@ -4,37 +4,70 @@
 //! A step through NULL has no value: a comparison with it is false, `!=` is true, and `let` names `NULL` (language,
 //! section 2). Arithmetic on something that is not a number, a division by zero, and a list or set with a member that is
 //! `NULL` have no value either.
+//!
+//! An answer of geometry may be unclear (`requests`). A test then holds as the plan needs it, unless a view is strict.
 
 use std::sync::Arc;
 
+use super::requests::{Answer, Asked, ROUNDING};
 use super::sets;
 use crate::ir::{
     ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntitySet, Expr, SlotId, Test, TypeId, Value, Var, show_expr,
 };
 
-/// A state to look at, with what geometry computed for the action at hand.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct View<'a> {
+/// Around a state: what geometry computed for the action at hand, and what it answers.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
     pub(super) domain: &'a Domain,
-    /// By slot.
-    pub(super) values: &'a [Value],
     /// What `GetGRPCost()` and `GetGRPDuration()` give.
     pub(super) geometric: (f64, f64),
+    /// The world that requests ask; without one they have no value.
+    pub(super) asked: Option<&'a Asked<'a>>,
+    /// What becomes of an answer that may or may not hold: whether it is taken in favour of the test.
+    pub(super) lenient: bool,
+}
+
+impl<'a> Around<'a> {
+    /// Without motions at hand; takes the plan's word for what is unclear.
+    pub(super) fn new(domain: &'a Domain, asked: Option<&'a Asked<'a>>) -> Self {
+        Around {
+            domain,
+            geometric: (0.0, 0.0),
+            asked,
+            lenient: true,
+        }
+    }
+}
+
+/// A state to look at.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) around: Around<'a>,
+    /// By slot.
+    pub(super) values: &'a [Value],
 }
 
 impl<'a> View<'a> {
-    /// Returns a view without geometry.
-    pub(super) fn new(domain: &'a Domain, values: &'a [Value]) -> Self {
-        View {
-            domain,
-            values,
-            geometric: (0.0, 0.0),
-        }
+    /// Returns a view without motions at hand; it takes the plan's word for what is unclear.
+    pub(super) fn new(domain: &'a Domain, values: &'a [Value], asked: Option<&'a Asked<'a>>) -> Self {
+        let around = Around::new(domain, asked);
+        View { around, values }
+    }
+
+    /// Returns a view for which a test holds only if it certainly does.
+    pub(super) fn strict(mut self) -> Self {
+        self.around.lenient = false;
+        self
+    }
+
+    fn flipped(mut self) -> Self {
+        self.around.lenient = !self.around.lenient;
+        self
     }
 
     fn slot(&self, base: &Value, attribute: AttributeId) -> Option<SlotId> {
         match base {
-            Value::Entity(e) => self.domain.attributes[attribute.index()]
+            Value::Entity(e) => self.around.domain.attributes[attribute.index()]
                 .slots
                 .get(e.index())
                 .copied()?,
@@ -51,10 +84,16 @@ impl<'a> View<'a> {
                 let slot = self.slot(&self.value(base, frame)?, *attribute)?;
                 self.values.get(slot.index()).cloned()
             }
-            // Nobody answers one in this room yet.
-            Expr::Request { .. } => None,
+            Expr::Request { request, args } => {
+                let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
+                let name = &self.around.domain.requests[request.index()].name;
+                match self.around.asked?.ask(self.around.domain, name, &args?)? {
+                    Answer::Truth { may, must } => Some(Value::Bool(if self.around.lenient { may } else { must })),
+                    Answer::Length(x) => Some(Value::Number(x)),
+                }
+            }
             Expr::Fact { fact, args } => {
-                let fact = &self.domain.facts[fact.index()];
+                let fact = &self.around.domain.facts[fact.index()];
                 let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
                 let mut frame = args?;
                 frame.resize(fact.n_vars.max(frame.len()), Value::Null);
@@ -85,8 +124,8 @@ impl<'a> View<'a> {
             Expr::Negate(inner) => Some(Value::Number(-self.number(inner, frame)?)),
             Expr::SetWith { set, element } => sets::with(self.value(set, frame)?, &self.value(element, frame)?),
             Expr::SetWithout { set, element } => sets::without(self.value(set, frame)?, &self.value(element, frame)?),
-            Expr::GeometricCost => Some(Value::Number(self.geometric.0)),
-            Expr::GeometricDuration => Some(Value::Number(self.geometric.1)),
+            Expr::GeometricCost => Some(Value::Number(self.around.geometric.0)),
+            Expr::GeometricDuration => Some(Value::Number(self.around.geometric.1)),
         }
     }
 
@@ -103,15 +142,30 @@ impl<'a> View<'a> {
         match test {
             Test::And(tests) => tests.iter().all(|t| self.holds(t, frame)),
             Test::Or(tests) => tests.iter().any(|t| self.holds(t, frame)),
-            Test::Not(inner) => !self.holds(inner, frame),
-            Test::Compare { op, left, right } => compare(*op, self.value(left, frame), self.value(right, frame)),
-            Test::Member { element, set } => match (self.value(element, frame), self.value(set, frame)) {
+            Test::Not(inner) => !self.flipped().holds(inner, frame),
+            Test::Compare { op, left, right } => {
+                let asks = self.asks(left) || self.asks(right);
+                self.either(asks, &|view| {
+                    let (a, b) = (view.value(left, frame), view.value(right, frame));
+                    match (&a, &b) {
+                        // Two lengths that rounding can't tell apart compare as the plan needs it.
+                        (Some(Value::Number(x)), Some(Value::Number(y))) if asks && (x - y).abs() <= ROUNDING => {
+                            self.around.lenient
+                        }
+                        _ => compare(*op, a, b),
+                    }
+                })
+            }
+            Test::Member { element, set } => self.either(self.asks(element) || self.asks(set), &|view| match (
+                view.value(element, frame),
+                view.value(set, frame),
+            ) {
                 (Some(Value::Entity(e)), Some(Value::Set(s))) => s.contains(e),
                 (Some(scalar), Some(Value::Scalars(s))) => s.contains(&scalar),
                 _ => false,
-            },
+            }),
             Test::Forall { var, ty, guard, body } => self.over(*var, *ty, frame, &mut |frame| {
-                !self.holds(guard, frame) || self.holds(body, frame)
+                !self.flipped().holds(guard, frame) || self.holds(body, frame)
             }),
             Test::Exist { var, ty, guard, body } => !self.over(*var, *ty, frame, &mut |frame| {
                 !(self.holds(guard, frame) && self.holds(body, frame))
@@ -120,11 +174,36 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Says whether a literal holds with unclear answers taken one way or the other, as the test needs it.
+    fn either(&self, asks: bool, literal: &dyn Fn(View<'_>) -> bool) -> bool {
+        if !asks {
+            return literal(*self);
+        }
+        let (one, other) = (literal(*self), literal(self.flipped()));
+        if self.around.lenient {
+            one || other
+        } else {
+            one && other
+        }
+    }
+
+    /// Says whether the expression asks the world.
+    fn asks(&self, expr: &Expr) -> bool {
+        match expr {
+            Expr::Request { .. } | Expr::Fact { .. } => true,
+            Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => false,
+            Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => self.asks(inner),
+            Expr::List(elements) => elements.iter().any(|e| self.asks(e)),
+            Expr::Arithmetic { left, right, .. } => self.asks(left) || self.asks(right),
+            Expr::SetWith { set, element } | Expr::SetWithout { set, element } => self.asks(set) || self.asks(element),
+        }
+    }
+
     /// Says whether `body` says yes for every entity of the type.
     fn over(&self, var: Var, ty: TypeId, frame: &mut [Value], body: &mut dyn FnMut(&mut [Value]) -> bool) -> bool {
         let before = frame[var.index()].clone();
         let mut all = true;
-        for e in &self.domain.types[ty.index()].entities {
+        for e in &self.around.domain.types[ty.index()].entities {
             frame[var.index()] = Value::Entity(*e);
             if !body(frame) {
                 all = false;
@@ -143,9 +222,9 @@ impl<'a> View<'a> {
             Test::Forall { var, ty, guard, body } => {
                 let before = frame[var.index()].clone();
                 let mut found = None;
-                for e in &self.domain.types[ty.index()].entities {
+                for e in &self.around.domain.types[ty.index()].entities {
                     frame[var.index()] = Value::Entity(*e);
-                    if self.holds(guard, frame) {
+                    if self.flipped().holds(guard, frame) {
                         found = self.failing(body, frame);
                     }
                     if found.is_some() {
@@ -163,7 +242,7 @@ impl<'a> View<'a> {
         let expr = |e: &Expr| self.show_expr(e, frame);
         let with = |e: &Expr| match (e, self.value(e, frame)) {
             (Expr::Const(_) | Expr::Var(_), _) => String::new(),
-            (_, Some(v)) => format!(" (it is {})", self.domain.show(&v)),
+            (_, Some(v)) => format!(" (it is {})", self.around.domain.show(&v)),
             (_, None) => " (a step through NULL)".to_owned(),
         };
         match test {
@@ -187,15 +266,19 @@ impl<'a> View<'a> {
                 )
             }
             Test::Member { element, set } => format!("`{} >> {}`{}", expr(element), expr(set), with(set)),
-            Test::Forall { ty, .. } => format!("a test of every `{}`", self.domain.types[ty.index()].name),
-            Test::Exist { ty, .. } => format!("some `{}`", self.domain.types[ty.index()].name),
+            Test::Forall { ty, .. } => format!("a test of every `{}`", self.around.domain.types[ty.index()].name),
+            Test::Exist { ty, .. } => format!("some `{}`", self.around.domain.types[ty.index()].name),
             Test::Holds(inner) => format!("`{}`{}", expr(inner), with(inner)),
         }
     }
 
     fn show_expr(&self, expr: &Expr, frame: &[Value]) -> String {
-        let name = |var: Var| frame.get(var.index()).map_or_else(String::new, |v| self.domain.show(v));
-        show_expr(self.domain, expr, &name)
+        let name = |var: Var| {
+            frame
+                .get(var.index())
+                .map_or_else(String::new, |v| self.around.domain.show(v))
+        };
+        show_expr(self.around.domain, expr, &name)
     }
 }
 
@@ -219,19 +302,9 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
 
 /// Runs effects in order, each seeing what the ones before have changed. An effect whose target or value goes through NULL
 /// does nothing.
-pub(super) fn apply(
-    domain: &Domain,
-    values: &mut [Value],
-    effects: &[Effect],
-    frame: &mut [Value],
-    geometric: (f64, f64),
-) {
+pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect], frame: &mut [Value]) {
     for effect in effects {
-        let view = View {
-            domain,
-            values,
-            geometric,
-        };
+        let view = View { around, values };
         match effect {
             Effect::Assign {
                 entity,
@@ -264,22 +337,18 @@ pub(super) fn apply(
                 effects,
             } => {
                 let before = frame[var.index()].clone();
-                for e in &domain.types[ty.index()].entities {
+                for e in &around.domain.types[ty.index()].entities {
                     frame[var.index()] = Value::Entity(*e);
-                    let view = View {
-                        domain,
-                        values,
-                        geometric,
-                    };
+                    let view = View { around, values };
                     if view.holds(guard, frame) {
-                        apply(domain, values, effects, frame, geometric);
+                        apply(around, values, effects, frame);
                     }
                 }
                 frame[var.index()] = before;
             }
             Effect::If { test, then, otherwise } => {
                 let branch = if view.holds(test, frame) { then } else { otherwise };
-                apply(domain, values, branch, frame, geometric);
+                apply(around, values, branch, frame);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Geometric facts (thesis 3.2.4, 3.3.4.1), written a second time.
 //!
 //! A fact is clear or it is not: near a threshold, and where one side of the question rests on a search that failed, the
-//! plan's word is taken. `docs/validate.md` has the margins. `isIn` is not known here.
+//! plan's word is taken. `docs/validate.md` has the margins.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use std::f64::consts::{PI, TAU};
@@ -40,6 +40,9 @@ impl Status {
 const NEXT_TO: f64 = 0.10;
 /// How near to that distance is too near to call [m].
 const NEXT_TO_MARGIN: f64 = 0.001;
+/// How far a thing may stick out of a container [m], and how near to that is too near to call.
+const STICKS_OUT: f64 = 0.001;
+const IN_MARGIN: f64 = 0.0005;
 /// Spacing of the sample points on a surface [m], and the least number of them along an edge.
 const SPACING: f64 = 0.02;
 const LEAST_SAMPLES: usize = 4;
@@ -61,20 +64,95 @@ pub(super) fn status(
         ("hasInHand", Agent(a), Object(o)) => Status::of(state.objects[o].held.as_ref().is_some_and(|h| h.agent == a)),
         ("isReachable", Object(o), Agent(a)) => reachable(bodies, state, o, a, claim, settings),
         ("isVisible", Object(o), Agent(a)) => visible(bodies, state, o, a, settings),
-        ("isNextTo", a, b) if a != b => {
-            let (a, b) = (placed(bodies, state, a), placed(bodies, state, b));
-            let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
-            let least = pairs
-                .map(|(a, b)| collide::distance(a.solid, &a.X_WS, b.solid, &b.X_WS))
-                .fold(f64::INFINITY, f64::min);
-            near(NEXT_TO - least, NEXT_TO_MARGIN)
-        }
+        ("isIn", Object(a), Object(b)) if a != b => inside(bodies, state, a, b),
+        ("isNextTo", a, b) if a != b => match apart(bodies, state, a, b) {
+            Some(least) => near(NEXT_TO - least, NEXT_TO_MARGIN),
+            None => Status::Fails,
+        },
         ("isBigger", a, b) => bigger(bodies, a, b),
         ("isSmaller", a, b) => bigger(bodies, b, a),
-        ("isOn" | "hasInHand" | "isReachable" | "isVisible" | "isNextTo", _, _) => Status::Fails,
+        ("isOn" | "isIn" | "hasInHand" | "isReachable" | "isVisible" | "isNextTo", _, _) => Status::Fails,
         _ => return None,
     };
     Some(status)
+}
+
+/// Returns the least distance between the bodies of two entities [m]: all pairs, one by one. `None` for what is nowhere.
+pub(super) fn apart(bodies: &Bodies<'_>, state: &State, a: EntityRef, b: EntityRef) -> Option<f64> {
+    let (a, b) = (placed(bodies, state, a), placed(bodies, state, b));
+    let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+    pairs
+        .map(|(a, b)| collide::distance(a.solid, &a.X_WS, b.solid, &b.X_WS))
+        .min_by(f64::total_cmp)
+}
+
+/// isIn: the farthest that a surface point of `a` is outside of the container of `b` that holds it best.
+fn inside(bodies: &Bodies<'_>, state: &State, a: usize, b: usize) -> Status {
+    let thing = &bodies.scene.objects[a];
+    let points: Vec<Vec3> = thing
+        .parts
+        .iter()
+        .flat_map(|part| {
+            let X_WS = state.objects[a].X_WO * part.X_OS;
+            rim(&part.shape)
+                .into_iter()
+                .map(move |p| (X_WS * nalgebra::Point3::from(p)).coords)
+        })
+        .collect();
+    let containers = bodies.scene.objects[b].containers.iter();
+    let out = containers
+        .map(|container| {
+            let X_CW = (state.objects[b].X_WO * container.X_OC).inverse();
+            let outside = points.iter().flat_map(|p_WP| {
+                let p_CP = X_CW * nalgebra::Point3::from(*p_WP);
+                (0..3).map(move |i| p_CP[i].abs() - container.half[i])
+            });
+            outside.fold(f64::NEG_INFINITY, f64::max)
+        })
+        .min_by(f64::total_cmp);
+    match out {
+        Some(out) => near(STICKS_OUT - out, IN_MARGIN),
+        None => Status::Fails,
+    }
+}
+
+/// Returns points of the shape among which is, to within [`IN_MARGIN`], the farthest one in any direction.
+fn rim(shape: &Shape) -> Vec<Vec3> {
+    const ROUND: usize = 360;
+    let turns = |radius: f64, z: f64| {
+        (0..ROUND).map(move |k| {
+            let angle = TAU * k as f64 / ROUND as f64;
+            Vec3::new(radius * ComplexField::cos(angle), radius * ComplexField::sin(angle), z)
+        })
+    };
+    match *shape {
+        Shape::Box { half } => (0..8)
+            .map(|corner: usize| {
+                let side = |bit: usize, length: f64| if corner & bit == 0 { -length } else { length };
+                Vec3::new(side(1, half.x), side(2, half.y), side(4, half.z))
+            })
+            .collect(),
+        Shape::Cylinder { radius, half_length } => {
+            turns(radius, half_length).chain(turns(radius, -half_length)).collect()
+        }
+        Shape::Sphere { radius } => globe(radius, 0.0),
+        Shape::Capsule { radius, half_length } => globe(radius, half_length),
+    }
+}
+
+/// Points of a sphere, a degree or so apart, whose halves are moved apart along z by `lift` each.
+fn globe(radius: f64, lift: f64) -> Vec<Vec3> {
+    let mut points = Vec::new();
+    for i in 0..=180 {
+        let (sin, cos) = ComplexField::sin_cos(PI * f64::from(i) / 180.0);
+        for j in 0..360 {
+            let (s, c) = ComplexField::sin_cos(TAU * f64::from(j) / 360.0);
+            for z in [-lift, lift] {
+                points.push(Vec3::new(radius * sin * c, radius * sin * s, radius * cos + z));
+            }
+        }
+    }
+    points
 }
 
 /// Says whether `excess` is positive, unclear within `margin` of 0.

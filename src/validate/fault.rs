@@ -127,6 +127,7 @@ kinds! {
 
     // Symbolic replay.
     Precondition { test: String } = "precondition", "the precondition does not hold: {test}";
+    Constraint { test: String } = "constraint", "the world that the action leads to breaks a constraint: {test}";
     Changes { attribute: String, expected: String, found: String } = "changes",
         "`{attribute}`: the action leaves {expected}, the document says {found}";
     CostUndefined {} = "cost-undefined", "the cost has no value in this state";

@@ -9,6 +9,7 @@
 //! times. Does not judge whether a plan is good: costs are added up, the parts that geometry computed are believed.
 //! `docs/validate.md` lists the codes and the tolerances.
 
+mod bases;
 mod bodies;
 mod decomposition;
 mod evaluate;
@@ -17,8 +18,10 @@ mod fault;
 mod handling;
 mod motion;
 mod notation;
+mod places;
 mod reach;
 mod replay;
+mod requests;
 mod schedule;
 mod sets;
 mod shared;
@@ -114,7 +117,8 @@ pub fn replay(
 ) -> Result<Verdict, Fault> {
     let actions = document(plan, domain, goal)?;
     let mut verdict = Verdict::default();
-    let replayed = replay::run(plan, domain, world, settings, &actions, &mut verdict)?;
+    let bodies = bodies::Bodies::new(&world.scene);
+    let replayed = replay::run(plan, domain, world, &bodies, settings, &actions, &mut verdict)?;
     let costs: f64 = plan.actions.iter().map(|a| a.cost).sum();
     if (costs - plan.cost).abs() > settings.time_tolerance * costs.abs().max(1.0) {
         return Err(Kind::CostTotal {
@@ -127,6 +131,7 @@ pub fn replay(
         &Replayed {
             domain,
             states: &replayed.states,
+            worlds: &replayed.worlds,
             actions: &actions,
             settings,
         },
@@ -134,7 +139,7 @@ pub fn replay(
         goal,
     )?;
     let (first, last) = (&replayed.states[0], &replayed.states[actions.len()]);
-    schedule::check(plan, domain, settings, &replayed.done, first, last)?;
+    schedule::check(plan, domain, settings, &replayed.done, &replayed.worlds, (first, last))?;
     Ok(verdict)
 }
 

@@ -121,6 +121,19 @@ pub(super) fn search(
     search
 }
 
+/// Returns where the shoulders of the agent's empty hands are in the world, and how far these can reach at most [m].
+pub(super) fn shoulders(bodies: &Bodies<'_>, state: &State, agent: usize) -> Vec<(Vec3, f64)> {
+    let X_WL = bodies.links(state, agent);
+    let is_full = |arm: usize| (0..state.objects.len()).any(|o| held_by(state, o, agent) == Some(arm));
+    let arms = bodies.scene.agents[agent].arms.iter().enumerate();
+    arms.filter(|(i, _)| !is_full(*i))
+        .filter_map(|(_, arm)| {
+            let chain = Chain::new(&bodies.scene.agents[agent].tree, arm, &X_WL)?;
+            Some((chain.shoulder(), chain.length()))
+        })
+        .collect()
+}
+
 /// Says of a configuration whether it keeps clear by the margin; `None` when it collides.
 fn stance(
     bodies: &Bodies<'_>,
@@ -252,8 +265,13 @@ impl<'a> Chain<'a> {
             Target::Pose(X_WT) => X_WT.translation.vector,
             Target::Point(p) => *p,
         };
+        (goal - self.shoulder()).norm() <= self.length() + AT_POINT
+    }
+
+    /// Returns how far the tool can be from the shoulder at most [m].
+    fn length(&self) -> f64 {
         let joints = self.joints.iter().map(|j| &self.tree.joints[*j]);
-        let mut length = self.arm.X_LT.translation.vector.norm() + AT_POINT;
+        let mut length = self.arm.X_LT.translation.vector.norm();
         let mut after_shoulder = false;
         for joint in joints {
             if after_shoulder {
@@ -267,7 +285,7 @@ impl<'a> Chain<'a> {
             }
             after_shoulder |= joint.drive.is_some();
         }
-        (goal - self.shoulder()).norm() <= length
+        length
     }
 
     /// Returns the `index`-th seed: where the arm is, the middle of its limits, then a Halton sequence.

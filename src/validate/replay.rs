@@ -1,15 +1,18 @@
 //! Does the plan's actions one by one, symbols and motions together.
 
+use std::rc::Rc;
+
 use indexmap::IndexMap;
 
 use super::{
     Settings, Verdict,
     bodies::{Bodies, Touching},
-    evaluate::{View, apply},
+    evaluate::{Around, View, apply},
     facts::{self, Status},
     fault::{Checked, Fault, Kind},
     handling::{self, Hand},
     motion::{self, Mover},
+    requests::{self, Asked},
     schedule::Done,
     shared::Shared,
     slot_name,
@@ -22,56 +25,74 @@ use crate::world::{EntityRef, State, World};
 const CENTRE: f64 = 0.001;
 
 /// The plan, done.
-pub(super) struct Replay {
+pub(super) struct Replay<'a> {
     /// Symbolic state before each action, and the last one.
     pub(super) states: Vec<Vec<Value>>,
+    /// The world before each action, and the last one.
+    pub(super) worlds: Vec<Rc<Asked<'a>>>,
     pub(super) done: Vec<Done>,
 }
 
 /// What changes during a replay.
-struct Progress<'a> {
+struct Progress<'a, 'v> {
     state: State,
+    /// The same, to be asked.
+    asked: Rc<Asked<'a>>,
     shared: Shared<'a>,
-    verdict: &'a mut Verdict,
+    verdict: &'v mut Verdict,
 }
 
-/// The symbolic state after an action and, if it was projected, the shared attributes in it.
-type Outcome = (Vec<Value>, Option<Vec<(SlotId, Value)>>);
+/// What an action leaves.
+struct Outcome {
+    values: Vec<Value>,
+    /// The shared attributes, if it was projected.
+    shared: Option<Vec<(SlotId, Value)>>,
+    /// How the plan takes unclear answers in its effects.
+    lenient: bool,
+}
 
 /// What stays the same during a replay.
 struct Context<'a> {
     domain: &'a Domain,
-    bodies: Bodies<'a>,
+    bodies: &'a Bodies<'a>,
     start: &'a State,
     settings: &'a Settings,
 }
 
 /// Replays all actions.
-pub(super) fn run(
+pub(super) fn run<'a>(
     plan: &Plan,
-    domain: &Domain,
-    world: &World,
-    settings: &Settings,
+    domain: &'a Domain,
+    world: &'a World,
+    bodies: &'a Bodies<'a>,
+    settings: &'a Settings,
     actions: &[ir::Goal],
     verdict: &mut Verdict,
-) -> Checked<Replay> {
+) -> Checked<Replay<'a>> {
     let context = Context {
         domain,
-        bodies: Bodies::new(&world.scene),
+        bodies,
         start: &world.start,
         settings,
     };
     let mut state = world.start.clone();
     for agent in 0..state.agents.len() {
-        context.bodies.carry(&mut state, agent);
+        bodies.carry(&mut state, agent);
     }
-    let mut shared = Shared::new(domain, &context.bodies, settings)?;
+    let asked = Rc::new(Asked::new(bodies, state.clone(), settings));
+    let mut shared = Shared::new(domain, bodies, settings)?;
     let mut values = domain.initial.clone();
-    shared.read_start(&state, &mut values, verdict)?;
-    let mut progress = Progress { state, shared, verdict };
+    shared.read_start(&state, &asked, &mut values, verdict)?;
     let mut replay = Replay {
         states: vec![values],
+        worlds: vec![asked.clone()],
         done: Vec::with_capacity(actions.len()),
+    };
+    let mut progress = Progress {
+        state,
+        asked,
+        shared,
+        verdict,
     };
     for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
         let before = replay.states[index].clone();
@@ -81,6 +102,7 @@ pub(super) fn run(
                 .in_action(index, &text(action))
         })?;
         replay.states.push(values);
+        replay.worlds.push(progress.asked.clone());
         replay.done.push(done);
         progress.verdict.actions += 1;
     }
@@ -91,14 +113,20 @@ fn text(action: &Action) -> String {
     format!("{}({})", action.name, action.arguments.join(", "))
 }
 
-impl Context<'_> {
+/// Says whether two values are the same length but for rounding: distances are computed twice.
+fn same_number(a: Option<&String>, b: Option<&String>) -> bool {
+    let number = |text: Option<&String>| text.and_then(|t| t.parse::<f64>().ok());
+    matches!((number(a), number(b)), (Some(a), Some(b)) if (a - b).abs() <= requests::ROUNDING)
+}
+
+impl<'a> Context<'a> {
     /// Does one action and returns the symbolic state after it. Times of faults count from its start.
     fn act(
         &self,
         action: &Action,
         goal: &ir::Goal,
         before: &[Value],
-        progress: &mut Progress<'_>,
+        progress: &mut Progress<'a, '_>,
     ) -> Checked<(Vec<Value>, Done)> {
         let domain = self.domain;
         let ir::TaskId::Action(id) = goal.task else {
@@ -111,7 +139,8 @@ impl Context<'_> {
         let operator = &domain.actions[id.index()];
         let mut frame = goal.args.clone();
         frame.resize(operator.n_vars.max(frame.len()), Value::Null);
-        let view = View::new(domain, before);
+        let world_before = progress.asked.clone();
+        let view = View::new(domain, before, Some(&world_before));
         if let Some(test) = view.failing(&operator.preconditions, &mut frame) {
             return Err(Kind::Precondition { test }.into());
         }
@@ -132,20 +161,30 @@ impl Context<'_> {
                     .collect();
                 self.project(&projection.name, &args, geometry, progress)?;
                 let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+                progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
+                let after = View::new(domain, before, Some(&progress.asked));
+                if let Some(test) = after.failing(&operator.constraints, &mut frame) {
+                    return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
+                }
                 (geometry.cost_parts.values().sum(), duration)
             }
         };
-        let view = View { geometric, ..view };
+        let around = Around {
+            geometric,
+            ..view.around
+        };
+        let view = View { around, ..view };
         self.cost_and_duration(operator, action, view, &frame)?;
         let end = action.geometry.as_ref().map_or(action.duration[0], |_| geometric.1);
         self.outcome(operator, action, view, &mut frame, progress)
-            .map(|(values, read)| {
+            .map(|outcome| {
                 let done = Done {
                     goal: goal.clone(),
                     geometric,
-                    shared: read,
+                    lenient: outcome.lenient,
+                    shared: outcome.shared,
                 };
-                (values, done)
+                (outcome.values, done)
             })
             .map_err(|f| f.at_time(end))
     }
@@ -157,17 +196,38 @@ impl Context<'_> {
         action: &Action,
         view: View<'_>,
         frame: &mut [Value],
-        progress: &mut Progress<'_>,
+        progress: &mut Progress<'a, '_>,
     ) -> Checked<Outcome> {
         let (domain, before) = (self.domain, view.values);
-        let Progress { state, shared, verdict } = progress;
+        let Progress {
+            state,
+            asked,
+            shared,
+            verdict,
+        } = progress;
         let guessed: Vec<bool> = (0..domain.slots.len())
             .map(|i| shared.is_guess(SlotId(i as u32)))
             .collect();
-        let mut values = before.to_vec();
-        apply(domain, &mut values, &operator.effects, frame, view.geometric);
+        // Where an effect rests on an unclear answer, the changes listed say how the plan has taken it.
+        let mut done = [true, false].map(|lenient| {
+            let around = Around { lenient, ..view.around };
+            let mut values = before.to_vec();
+            apply(around, &mut values, &operator.effects, frame);
+            (lenient, values)
+        });
+        let is_listed = |values: &[Value]| {
+            domain.slots.iter().enumerate().all(|(i, slot)| {
+                let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
+                let listed = action.changes.get(&slot_name(domain, slot));
+                domain.attributes[slot.attribute.index()].fact.is_some() || listed.unwrap_or(&was) == &now
+            })
+        };
+        if done[0].1 != done[1].1 && is_listed(&done[1].1) {
+            done.swap(0, 1);
+        }
+        let [(lenient, mut values), _] = done;
         let read = if action.geometry.is_some() {
-            shared.read(state, before, &mut values, &action.changes, verdict)?;
+            shared.read(state, asked, before, &mut values, &action.changes, verdict)?;
             Some(shared.snapshot(&values))
         } else {
             None
@@ -192,7 +252,7 @@ impl Context<'_> {
         let none = "unchanged".to_owned();
         for name in expected.keys().chain(action.changes.keys()) {
             let (wanted, found) = (expected.get(name), action.changes.get(name));
-            if wanted != found {
+            if wanted != found && !same_number(wanted, found) {
                 return Err(Kind::Changes {
                     attribute: name.clone(),
                     expected: wanted.unwrap_or(&none).clone(),
@@ -201,7 +261,11 @@ impl Context<'_> {
                 .into());
             }
         }
-        Ok((values, read))
+        Ok(Outcome {
+            values,
+            shared: read,
+            lenient,
+        })
     }
 
     fn cost_and_duration(
@@ -226,7 +290,7 @@ impl Context<'_> {
         let end = |e: &ir::Expr| view.number(e, frame).ok_or(Kind::DurationUndefined {});
         let (least, most) = (end(&operator.duration.0)?, end(&operator.duration.1)?);
         // What moves takes at least as long as its motions.
-        let expected = [least.max(view.geometric.1), most.max(view.geometric.1)];
+        let expected = [least.max(view.around.geometric.1), most.max(view.around.geometric.1)];
         let [found_least, found_most] = action.duration;
         let disorder = !(0.0 <= least && least <= most);
         if disorder || differ(expected[0], found_least) || differ(expected[1], found_most) {
@@ -247,7 +311,7 @@ impl Context<'_> {
     }
 
     /// Checks the geometric action's choices against its arguments, and plays its motions.
-    fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'_>) -> Checked<()> {
+    fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'a, '_>) -> Checked<()> {
         // The thesis's name for it.
         let name = if name == "placeR" { "placeReachable" } else { name };
         let same = |what: &'static str, expected: &str, found: &str| {
@@ -332,7 +396,7 @@ impl Context<'_> {
         }
         self.moves(name, geometry, hand, object, progress)?;
         let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
-        if let Some(object) = handling::in_the_air(&self.bodies, &progress.state, self.start) {
+        if let Some(object) = handling::in_the_air(self.bodies, &progress.state, self.start) {
             return Err(Fault::from(Kind::InTheAir { object }).at_time(end));
         }
         if name == "placeReachable" {
@@ -340,7 +404,7 @@ impl Context<'_> {
                 return Err(unknown("agent", &shown[3]).into());
             };
             let claim = facts::status(
-                &self.bodies,
+                self.bodies,
                 &progress.state,
                 "isReachable",
                 EntityRef::Object(object),
@@ -364,12 +428,12 @@ impl Context<'_> {
         geometry: &Geometry,
         hand: Hand,
         object: usize,
-        progress: &mut Progress<'_>,
+        progress: &mut Progress<'a, '_>,
     ) -> Checked<()> {
         let Progress { state, verdict, .. } = progress;
         let (mut time, mut taken, mut left) = (0.0, 0_usize, 0_usize);
         if name != "pick" {
-            handling::holds(&self.bodies, state, hand, object, &geometry.grasp).map_err(|f| f.at_time(0.0))?;
+            handling::holds(self.bodies, state, hand, object, &geometry.grasp).map_err(|f| f.at_time(0.0))?;
         }
         for (i, sub_action) in geometry.sub_actions.iter().enumerate() {
             // The hand comes near what it handles on a straight line, or with its fingers.
@@ -384,7 +448,7 @@ impl Context<'_> {
                 touching,
             };
             let place = |f: Fault| f.later_by(time).at_time(time).in_sub_action(i, &sub_action.name);
-            motion::check(&self.bodies, state, mover, sub_action, self.settings, verdict).map_err(place)?;
+            motion::check(self.bodies, state, mover, sub_action, self.settings, verdict).map_err(place)?;
             let end = time + sub_action.trajectory.duration();
             let Some(change) = &sub_action.change else {
                 time = end;
@@ -397,11 +461,11 @@ impl Context<'_> {
                 match change {
                     AttachmentChange::Attach { object_in_tool, .. } => {
                         taken += 1;
-                        handling::attach(&self.bodies, state, hand, object, object_in_tool, geometry)
+                        handling::attach(self.bodies, state, hand, object, object_in_tool, geometry)
                     }
                     AttachmentChange::Detach { object_in_world, .. } => {
                         left += 1;
-                        handling::detach(&self.bodies, state, hand, object, object_in_world, geometry)
+                        handling::detach(self.bodies, state, hand, object, object_in_world, geometry)
                     }
                 }
             } else {

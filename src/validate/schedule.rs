@@ -4,10 +4,13 @@
 //! early and as late as the links allow, and the plan is run again. Symbolic state only: projected actions must stand
 //! in one line by the links, so their geometry is the same in every order.
 
+use std::rc::Rc;
+
 use super::{
     Settings,
-    evaluate::{View, apply},
+    evaluate::{Around, View, apply},
     fault::{Checked, Fault, Kind},
+    requests::Asked,
 };
 use crate::ir::{Domain, Goal, SlotId, TaskId, Value};
 use crate::plan::{Action, Plan};
@@ -17,6 +20,8 @@ pub(super) struct Done {
     pub(super) goal: Goal,
     /// What geometry gave: cost and time.
     pub(super) geometric: (f64, f64),
+    /// How the plan takes unclear answers in its effects.
+    pub(super) lenient: bool,
     /// Shared attributes as read from geometry afterwards; `None` for an action without geometry.
     pub(super) shared: Option<Vec<(SlotId, Value)>>,
 }
@@ -27,8 +32,8 @@ pub(super) fn check(
     domain: &Domain,
     settings: &Settings,
     done: &[Done],
-    first: &[Value],
-    last: &[Value],
+    worlds: &[Rc<Asked<'_>>],
+    (first, last): (&[Value], &[Value]),
 ) -> Checked<()> {
     let n = plan.actions.len();
     for link in &plan.links {
@@ -81,7 +86,7 @@ pub(super) fn check(
             return Err(named(fault.into(), pair[1]));
         }
     }
-    let run = |order: &[usize]| linear(domain, done, first, order);
+    let run = |order: &[usize]| linear(domain, done, worlds, first, order);
     for (x, before) in by_links.iter().enumerate() {
         let needed: Vec<usize> = (0..x).filter(|i| before[*i]).chain([x]).collect();
         if let Err((broken, condition)) = run(&needed)
@@ -122,8 +127,17 @@ pub(super) fn check(
 }
 
 /// Runs the actions in that order; the first whose precondition fails is returned with the failing test.
-fn linear(domain: &Domain, done: &[Done], first: &[Value], order: &[usize]) -> Result<Vec<Value>, (usize, String)> {
+///
+/// Requests ask the world that the last projected action left, `worlds` being those before each action, and the last one.
+fn linear(
+    domain: &Domain,
+    done: &[Done],
+    worlds: &[Rc<Asked<'_>>],
+    first: &[Value],
+    order: &[usize],
+) -> Result<Vec<Value>, (usize, String)> {
     let mut values = first.to_vec();
+    let mut world = 0;
     for i in order {
         let done = &done[*i];
         let TaskId::Action(id) = done.goal.task else {
@@ -132,10 +146,24 @@ fn linear(domain: &Domain, done: &[Done], first: &[Value], order: &[usize]) -> R
         let action = &domain.actions[id.index()];
         let mut frame = done.goal.args.clone();
         frame.resize(action.n_vars.max(frame.len()), Value::Null);
-        if let Some(test) = View::new(domain, &values).failing(&action.preconditions, &mut frame) {
+        let asked = worlds.get(world).map(Rc::as_ref);
+        let around = Around::new(domain, asked);
+        let view = View {
+            around,
+            values: &values,
+        };
+        if let Some(test) = view.failing(&action.preconditions, &mut frame) {
             return Err((*i, test));
         }
-        apply(domain, &mut values, &action.effects, &mut frame, done.geometric);
+        let around = Around {
+            geometric: done.geometric,
+            lenient: done.lenient,
+            ..around
+        };
+        apply(around, &mut values, &action.effects, &mut frame);
+        if done.shared.is_some() {
+            world = i + 1;
+        }
         for (slot, value) in done.shared.iter().flatten() {
             values[slot.index()] = value.clone();
         }

@@ -12,12 +12,15 @@ use indexmap::IndexMap;
 use super::{
     Settings, Verdict,
     bodies::Bodies,
+    evaluate::View,
     facts::{self, Status},
     fault::{Checked, Kind},
-    notation, slot_name,
+    notation,
+    requests::Asked,
+    slot_name,
 };
-use crate::ir::{Base, Domain, EntityId, EntitySet, Param, SlotId, TypeId, Value};
-use crate::world::{EntityRef, State};
+use crate::ir::{Base, Domain, EntityId, EntitySet, Param, SlotId, Value};
+use crate::world::State;
 
 /// An attribute of an entity of the world that is read from a fact.
 pub(super) struct SharedSlot {
@@ -25,10 +28,10 @@ pub(super) struct SharedSlot {
     name: String,
     fact: String,
     is_set: bool,
-    ty: TypeId,
-    owner: EntityRef,
-    /// Entities of the attribute's type that are in the world.
-    candidates: Vec<(EntityId, EntityRef)>,
+    base: Base,
+    owner: EntityId,
+    /// Whose fact with the owner is asked: entities of the attribute's type; the owner itself for a truth value.
+    candidates: Vec<EntityId>,
 }
 
 /// All shared attributes, and which of their elements are guesses.
@@ -46,28 +49,41 @@ impl<'a> Shared<'a> {
         let mut slots = Vec::new();
         for (i, slot) in domain.slots.iter().enumerate() {
             let attribute = &domain.attributes[slot.attribute.index()];
-            let owner = bodies.scene.find(&domain.entities[slot.entity.index()].name);
-            let (Some(fact), Some(owner)) = (&attribute.fact, owner) else {
+            let Some(fact) = &attribute.fact else { continue };
+            let is_placed = |e: &EntityId| bodies.scene.find(&domain.entities[e.index()].name).is_some();
+            // A fact that the domain defines may speak of what is nowhere; without a world there are none.
+            let is_defined = domain.facts.iter().any(|f| f.name == *fact);
+            let is_known = if is_defined {
+                !(bodies.scene.agents.is_empty() && bodies.scene.objects.is_empty())
+            } else {
+                is_placed(&slot.entity)
+            };
+            if !is_known {
                 continue;
-            };
+            }
             let name = slot_name(domain, slot);
-            let Base::Entity(ty) = attribute.base else {
-                return Err(Kind::FactUnchecked {
-                    attribute: name,
-                    fact: fact.clone(),
+            let candidates = match attribute.base {
+                Base::Entity(ty) => {
+                    let entities = domain.types[ty.index()].entities.iter();
+                    entities.copied().filter(|e| is_defined || is_placed(e)).collect()
                 }
-                .into());
+                Base::Bool if is_defined => vec![slot.entity],
+                Base::Bool | Base::Number | Base::String => {
+                    return Err(Kind::FactUnchecked {
+                        attribute: name,
+                        fact: fact.clone(),
+                    }
+                    .into());
+                }
             };
-            let entities = domain.types[ty.index()].entities.iter();
-            let found = entities.filter_map(|e| Some((*e, bodies.scene.find(&domain.entities[e.index()].name)?)));
             slots.push(SharedSlot {
                 slot: SlotId(i as u32),
                 name,
                 fact: fact.clone(),
                 is_set: attribute.is_set,
-                ty,
-                owner,
-                candidates: found.collect(),
+                base: attribute.base,
+                owner: slot.entity,
+                candidates,
             });
         }
         Ok(Shared {
@@ -90,11 +106,17 @@ impl<'a> Shared<'a> {
     }
 
     /// Reads the facts of the start state into `values`.
-    pub(super) fn read_start(&mut self, state: &State, values: &mut [Value], verdict: &mut Verdict) -> Checked<()> {
+    pub(super) fn read_start(
+        &mut self,
+        state: &State,
+        asked: &Asked<'_>,
+        values: &mut [Value],
+        verdict: &mut Verdict,
+    ) -> Checked<()> {
         for shared in &self.slots {
             let mut members = EntitySet::default();
-            for (e, with) in &shared.candidates {
-                let status = shared.status(self.bodies, state, *with, None, self.settings)?;
+            for e in &shared.candidates {
+                let status = self.status(shared, state, asked, *e, None)?;
                 verdict.facts += 1;
                 if status.guess() {
                     members.insert(*e);
@@ -112,6 +134,7 @@ impl<'a> Shared<'a> {
     pub(super) fn read(
         &mut self,
         state: &State,
+        asked: &Asked<'_>,
         before: &[Value],
         values: &mut [Value],
         changes: &IndexMap<String, String>,
@@ -125,19 +148,23 @@ impl<'a> Shared<'a> {
             };
             let claimed = listed.as_ref().unwrap_or(carried);
             let mut members = EntitySet::default();
-            for (e, with) in &shared.candidates {
+            for e in &shared.candidates {
                 let claim = match claimed {
                     Value::Set(s) => s.contains(*e),
+                    Value::Bool(b) => *b,
                     other => *other == Value::Entity(*e),
                 };
                 // Of two things that an atom could name, the plan names one.
                 let other_named = !shared.is_set && !claim && *claimed != Value::Null;
                 let known = listed.is_some() || !self.guessed.contains(&(shared.slot, *e));
-                let status = shared.status(self.bodies, state, *with, known.then_some(claim), self.settings)?;
+                let status = self.status(shared, state, asked, *e, known.then_some(claim))?;
                 verdict.facts += 1;
                 let fact = || {
-                    let (of, with) = (self.bodies.scene.id(shared.owner), self.bodies.scene.id(*with));
-                    format!("{}({of}, {with})", shared.fact)
+                    let name = |e: EntityId| self.domain.entities[e.index()].name.as_str();
+                    match shared.base {
+                        Base::Entity(_) => format!("{}({}, {})", shared.fact, name(shared.owner), name(*e)),
+                        Base::Bool | Base::Number | Base::String => format!("{}({})", shared.fact, name(shared.owner)),
+                    }
                 };
                 match (known, claim, status) {
                     (true, true, Status::Fails) => return Err(Kind::FactUnconfirmed { fact: fact() }.into()),
@@ -165,29 +192,57 @@ impl<'a> Shared<'a> {
     }
 }
 
-impl SharedSlot {
+impl Shared<'_> {
+    /// Returns what the fact of a slot is about one of its candidates.
     fn status(
         &self,
-        bodies: &Bodies<'_>,
+        shared: &SharedSlot,
         state: &State,
-        with: EntityRef,
+        asked: &Asked<'_>,
+        candidate: EntityId,
         claim: Option<bool>,
-        settings: &Settings,
     ) -> Checked<Status> {
-        let status = facts::status(bodies, state, &self.fact, self.owner, with, claim, settings);
+        let domain = self.domain;
+        if let Some(fact) = domain.facts.iter().find(|f| f.name == shared.fact) {
+            // Its body asks requests and static attributes only: the values at the start will do.
+            let view = View::new(domain, &domain.initial, Some(asked));
+            let mut frame = vec![Value::Entity(shared.owner)];
+            if let Base::Entity(_) = shared.base {
+                frame.push(Value::Entity(candidate));
+            }
+            frame.resize(fact.n_vars.max(frame.len()), Value::Null);
+            let may = view.holds(&fact.body, &mut frame);
+            return Ok(if !may {
+                Status::Fails
+            } else if view.strict().holds(&fact.body, &mut frame) {
+                Status::Holds
+            } else {
+                Status::Unclear(claim.unwrap_or(true))
+            });
+        }
+        let place = |e: EntityId| self.bodies.scene.find(&domain.entities[e.index()].name);
+        let status = match (place(shared.owner), place(candidate)) {
+            (Some(of), Some(with)) => facts::status(self.bodies, state, &shared.fact, of, with, claim, self.settings),
+            (None, _) | (_, None) => Some(Status::Fails),
+        };
         status.ok_or_else(|| {
             Kind::FactUnchecked {
-                attribute: self.name.clone(),
-                fact: self.fact.clone(),
+                attribute: shared.name.clone(),
+                fact: shared.fact.clone(),
             }
             .into()
         })
     }
+}
 
+impl SharedSlot {
     /// Returns the members as the attribute holds them; an atom prefers the one that is claimed.
     fn value(&self, members: &EntitySet, claimed: Option<&Value>) -> Value {
         if self.is_set {
             return Value::Set(Arc::new(members.clone()));
+        }
+        if self.base == Base::Bool {
+            return Value::Bool(!members.is_empty());
         }
         match claimed {
             Some(Value::Entity(e)) if members.contains(*e) => Value::Entity(*e),
@@ -201,7 +256,7 @@ impl SharedSlot {
         }
         let param = Param {
             name: self.name.clone(),
-            base: Base::Entity(self.ty),
+            base: self.base,
             is_set: self.is_set,
         };
         notation::argument(domain, &param, text)
