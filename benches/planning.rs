@@ -158,7 +158,11 @@ fn request(bencher: Bencher<'_, '_>, words: &str) {
     let [world, name, args @ ..] = words.as_slice() else {
         panic!("a world, a request, its arguments");
     };
-    let domain = if *world == "virtual_place_a" { "virtual_place" } else { world };
+    let domain = if *world == "virtual_place_a" {
+        "virtual_place"
+    } else {
+        world
+    };
     let (domain, world) = (format!("domains/{domain}.hatp"), format!("worlds/{world}.toml"));
     let (input, problems) = load(&domain, &world, None, &mut Sources::default(), &Disk);
     let input = input.unwrap_or_else(|| panic!("{problems:?}"));

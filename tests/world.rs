@@ -198,7 +198,12 @@ fn outline(world: &World) -> String {
     for thing in &world.scene.virtuals {
         let parts: Vec<_> = thing.parts.iter().map(|p| &p.shape).collect();
         let stable: Vec<&str> = thing.stable.iter().map(|s| s.name.as_str()).collect();
-        out += &format!("virtual {} {:?} {parts:?}\n  stands: {}\n", thing.id, thing.ty, stable.join(", "));
+        out += &format!(
+            "virtual {} {:?} {parts:?}\n  stands: {}\n",
+            thing.id,
+            thing.ty,
+            stable.join(", ")
+        );
     }
     let shared: Vec<_> = world.shared.iter().map(|(a, f, _)| (a, f)).collect();
     let values: Vec<_> = world
