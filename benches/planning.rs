@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use divan::Bencher;
-use sgap::engine::{self, Budget, Call, Formula, Reasoner, Request};
+use sgap::engine::{self, Aim, Budget, Call, Cuts, Formula, Reasoner, Request};
 use sgap::grp::{self, Grp};
 use sgap::ir::Value;
 use sgap::load::{Input, load};
@@ -58,7 +58,9 @@ fn plan(bencher: Bencher<'_, '_>, name: &str) {
         };
         let settings = engine::Settings {
             branching: 3,
-            best: false,
+            aim: Aim::First,
+            interleave: false,
+            cuts: Cuts::On,
             budget,
         };
         let goal = input.goal.as_ref().expect("the world names a task");

@@ -7,6 +7,10 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/symbolic.rs"]
+mod symbolic;
+#[path = "cli/problems.rs"]
+mod problems;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::disk::Disk;
 use super::output::{Failure, print};
-use super::report;
+use super::problems::{ProblemOptions, To};
 use sgap::grp::{Grp, Settings};
 use sgap::source::Sources;
 use sgap::world;
@@ -27,12 +27,14 @@ pub(super) struct Options {
     /// Print an array of JSON objects
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    problems: ProblemOptions,
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let mut sources = Sources::default();
     let (world, problems) = world::load(&options.world.to_string_lossy(), &mut sources, &Disk);
-    let world = report(problems, &sources, world)?;
+    let world = options.problems.report(problems, &sources, world, To::Error)?;
     let settings = Settings {
         placements: 0,
         ik_restarts: 0,

@@ -2,10 +2,14 @@
 
 mod check;
 mod disk;
+mod doc;
+mod explain;
 mod facts;
 mod fmt;
+mod lsp;
 mod output;
 mod plan;
+mod problems;
 mod progress;
 mod validate;
 mod view;
@@ -17,6 +21,8 @@ use clap::{Args, Parser, Subcommand};
 
 use disk::Disk;
 use output::{Failure, say};
+use problems::{ProblemOptions, To};
+use sgap::diag::levels::Levels;
 use sgap::diag::{Problem, Problems};
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
@@ -27,7 +33,7 @@ use sgap::world::World;
 pub(crate) mod code {
     /// The input has problems.
     pub(crate) const PROBLEMS: u8 = 1;
-    /// The arguments do not fit together; clap's own code.
+    /// The arguments do not fit together; clap has the same code.
     pub(crate) const WRONG_USAGE: u8 = 2;
     /// No plan exists: every choice was tried.
     pub(crate) const NO_PLAN: u8 = 10;
@@ -75,6 +81,19 @@ enum Command {
   sgap check domains/three_objects.hatp worlds/three_objects.toml
   sgap check dock.hatp --task 'Unload(CRANE, SHIP)'")]
     Check(check::Options),
+    /// Tell what a problem means, with a wrong example and a right one
+    #[command(after_help = "Examples:
+  sgap explain hatp::unknown-task
+  sgap explain unused-variable
+  sgap explain --list")]
+    Explain(explain::Options),
+    /// List what the language has built in, or what a domain declares, with its comments
+    #[command(after_help = "Examples:
+  sgap doc
+  sgap doc pick
+  sgap doc domains/three_objects.hatp
+  sgap doc domains/three_objects.hatp MoveObj")]
+    Doc(doc::Options),
     /// Write domain files in the one layout: comments, words and grouping stay
     #[command(after_help = "Examples:
   sgap fmt domains/three_objects.hatp
@@ -89,6 +108,9 @@ enum Command {
     #[command(after_help = "Example:
   sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html")]
     View(view::Options),
+    /// Answer an editor over the Language Server Protocol, on the standard input and output
+    #[command(after_help = "An editor starts it: see docs/editors.md.")]
+    Lsp(lsp::Options),
 }
 
 /// A domain, and a world if geometry is to be asked.
@@ -104,12 +126,15 @@ struct Inputs {
     /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
+    #[command(flatten)]
+    problems: ProblemOptions,
 }
 
 impl Inputs {
-    /// Reads what is named with `read`; prints problems and warnings to the standard error.
+    /// Reads what is named with `read`; prints problems and warnings.
     fn read<T>(
         &self,
+        to: To,
         read: impl FnOnce(&Paths<'_>, &mut Sources, &Disk) -> (Option<T>, Problems),
     ) -> Result<T, Failure> {
         let mut sources = Sources::default();
@@ -124,19 +149,23 @@ impl Inputs {
             task: self.task.as_deref(),
         };
         let (value, problems) = read(&paths, &mut sources, &Disk);
-        report(problems, &sources, value)
+        self.problems.report(problems, &sources, value, to)
     }
 
     fn load(&self) -> Result<Input, Failure> {
-        self.read(|paths, sources, files| load_paths(paths, sources, files))
+        self.load_to(To::Error)
+    }
+
+    fn load_to(&self, to: To) -> Result<Input, Failure> {
+        self.read(to, |paths, sources, files| load_paths(paths, sources, files))
     }
 
     /// Checks what is named; a domain alone keeps its geometry.
     fn check(&self) -> Result<ir::Domain, Failure> {
         if self.world.is_none() && self.task.is_none() {
-            return self.read(|paths, sources, files| check_domain(paths, sources, files));
+            return self.read(To::Output, |paths, sources, files| check_domain(paths, sources, files));
         }
-        self.load().map(|input| input.domain)
+        self.load_to(To::Output).map(|input| input.domain)
     }
 
     /// Loads what is named with the task; that none is named is an error that says how to.
@@ -155,7 +184,8 @@ impl Inputs {
             };
             let message = format!("`{}` names no task", path.display());
             let problem = Problem::unplaced("world::no-task", message).help(help);
-            return report(Problems(vec![problem]), &Sources::default(), None);
+            let problems = Problems(vec![problem]);
+            return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
         if input.is_granted {
             say("note: without a world file the geometry of its actions is taken as granted\n");
@@ -180,7 +210,7 @@ struct Ready {
 
 /// Prints the problems; ends with exit code 1 if there is no value.
 fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<T, Failure> {
-    let problems = problems.sorted();
+    let problems = Levels::default().apply(problems, sources);
     if !problems.0.is_empty() {
         say(&sgap::diag::render::render(
             &problems,
@@ -205,9 +235,12 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
         Command::Check(options) => check::run(options),
+        Command::Explain(options) => explain::run(options),
+        Command::Doc(options) => doc::run(options),
         Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Lsp(options) => lsp::run(options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

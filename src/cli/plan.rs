@@ -10,7 +10,7 @@ use clap::Args;
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Budget, Ending};
+use sgap::engine::{self, Aim, Budget, Cuts, Ending};
 use sgap::grp::{self, Grp};
 use sgap::plan::Plan;
 use sgap::report::{json, text};
@@ -39,6 +39,13 @@ pub(super) struct SearchOptions {
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
+    /// Let unordered subtasks mix step by step, instead of doing each as one block; `--interleave=false` wins over the
+    /// domain's settings
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true)]
+    interleave: Option<bool>,
+    /// Try even what repeats itself or is known to fail; for comparison
+    #[arg(long)]
+    no_cuts: bool,
     /// Seed of every random choice: same input, same seed, same plan
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -108,9 +115,14 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
             });
         }
     }
+    let Ready {
+        domain, world, goal, ..
+    } = ready;
     let settings = engine::Settings {
         branching: options.branching,
-        best: options.best,
+        aim: if options.best { Aim::Best } else { Aim::First },
+        interleave: options.interleave.unwrap_or(domain.settings.interleave),
+        cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
         budget: Budget {
             expansions: options.max_expansions,
             depth: options.max_depth,
@@ -121,9 +133,6 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
         ik_restarts: IK_RESTARTS,
         motion_samples: MOTION_SAMPLES,
     };
-    let Ready {
-        domain, world, goal, ..
-    } = ready;
     let mut grp = match ready.has_world {
         true => Some(Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?),
         false => None,

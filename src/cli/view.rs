@@ -1,12 +1,12 @@
-//! `sgap view DOMAIN WORLD -o page.html`.
+//! `sgap view DOMAIN [WORLD] -o page.html`.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::Inputs;
 use super::output::{Failure, check_place, say, write_file};
 use super::plan::{SearchOptions, search};
-use super::{Inputs, code};
 use sgap::report::html;
 
 /// What to show, and where.
@@ -22,10 +22,6 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    if options.inputs.world.is_none() {
-        say("error: a page shows a world, and no world file is named\n\n  sgap view DOMAIN WORLD\n");
-        return Err(Failure::Code(code::WRONG_USAGE));
-    }
     check_place(&options.output)?;
     let ready = options.inputs.load_with_goal()?;
     let plan = search(&ready, &options.search)?;

@@ -37,6 +37,15 @@ pub(super) enum Missed {
     Request(RequestId, Vec<Value>),
 }
 
+/// Where a value is.
+enum Place<'e> {
+    Constant(&'e Value),
+    Variable(Var),
+    /// A slot whose value is known.
+    Slot(SlotId),
+    Temporary(Value),
+}
+
 /// Returns a frame with the arguments first and the other variables unset.
 pub(super) fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
     let mut frame = args.to_vec();
@@ -141,18 +150,52 @@ impl Context<'_> {
     /// Returns the value, or `None` when a step of its path goes through NULL (or a number through one), or a number would
     /// not be finite.
     pub fn value(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
+        Some(match self.locate(expr, frame)? {
+            Place::Temporary(value) => value,
+            place => self.look(&place, frame).clone(),
+        })
+    }
+
+    /// Finds where a value is, and computes it if it is nowhere.
+    fn locate<'e>(&mut self, expr: &'e Expr, frame: &mut [Value]) -> Option<Place<'e>> {
         Some(match expr {
-            Expr::Const(value) => value.clone(),
-            Expr::Var(var) => frame[var.index()].clone(),
+            Expr::Const(value) => Place::Constant(value),
+            Expr::Var(var) => Place::Variable(*var),
             Expr::Attribute { base, attribute } => {
-                let Value::Entity(entity) = self.value(base, frame)? else {
+                let base = self.locate(base, frame)?;
+                let Value::Entity(entity) = *self.look(&base, frame) else {
                     return None;
                 };
                 let slot = self.slot_of(entity, *attribute)?;
                 self.reads.push(slot);
-                self.slot(slot)
+                if self.state.get(slot).is_some() {
+                    Place::Slot(slot)
+                } else {
+                    Place::Temporary(self.slot(slot))
+                }
             }
-            Expr::Size(set) => Value::Number(sets::len(&self.value(set, frame)?)? as f64),
+            _ => Place::Temporary(self.computed(expr, frame)?),
+        })
+    }
+
+    #[inline]
+    fn look<'v>(&'v self, place: &'v Place<'_>, frame: &'v [Value]) -> &'v Value {
+        match place {
+            Place::Constant(value) => value,
+            Place::Variable(var) => &frame[var.index()],
+            Place::Slot(slot) => self.state.get(*slot).unwrap_or(&Value::Null),
+            Place::Temporary(value) => value,
+        }
+    }
+
+    /// Returns the value of an expression that has to be computed.
+    fn computed(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
+        Some(match expr {
+            Expr::Const(_) | Expr::Var(_) | Expr::Attribute { .. } => return self.value(expr, frame),
+            Expr::Size(set) => {
+                let set = self.locate(set, frame)?;
+                Value::Number(sets::len(self.look(&set, frame))? as f64)
+            }
             Expr::List(elements) => {
                 let mut set = Value::Set(Arc::new(EntitySet::default()));
                 for element in elements {
@@ -202,7 +245,8 @@ impl Context<'_> {
 
     /// Returns the number, or `None` where there is none.
     pub fn number(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<f64> {
-        match self.value(expr, frame)? {
+        let place = self.locate(expr, frame)?;
+        match *self.look(&place, frame) {
             Value::Number(x) => Some(x),
             Value::Null | Value::Bool(_) | Value::Set(_) | Value::String(_) | Value::Entity(_) | Value::Scalars(_) => {
                 None
@@ -217,23 +261,28 @@ impl Context<'_> {
             Test::Or(parts) => parts.iter().any(|t| self.holds(t, frame)),
             Test::Not(inner) => !self.holds(inner, frame),
             Test::Compare { op, left, right } => {
-                let (left, right) = (self.value(left, frame), self.value(right, frame));
+                let (left, right) = (self.locate(left, frame), self.locate(right, frame));
                 match (left, right) {
-                    (Some(l), Some(r)) => compare(*op, &l, &r),
+                    (Some(l), Some(r)) => compare(*op, self.look(&l, frame), self.look(&r, frame)),
                     (None, _) | (_, None) => *op == CompareOp::NotEqual,
                 }
             }
-            Test::Member { element, set } => match (self.value(element, frame), self.value(set, frame)) {
-                (Some(element), Some(set)) => sets::contains(&set, &element),
-                (None, _) | (_, None) => false,
-            },
+            Test::Member { element, set } => {
+                let (element, set) = (self.locate(element, frame), self.locate(set, frame));
+                match (element, set) {
+                    (Some(e), Some(s)) => sets::contains(self.look(&s, frame), self.look(&e, frame)),
+                    (None, _) | (_, None) => false,
+                }
+            }
             Test::Forall { var, ty, guard, body } => {
                 !self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && !c.holds(body, f))
             }
             Test::Exist { var, ty, guard, body } => {
                 self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && c.holds(body, f))
             }
-            Test::Holds(expr) => self.value(expr, frame) == Some(Value::Bool(true)),
+            Test::Holds(expr) => self
+                .locate(expr, frame)
+                .is_some_and(|place| *self.look(&place, frame) == Value::Bool(true)),
         }
     }
 
@@ -327,6 +376,7 @@ pub(super) fn defined_fact(domain: &Domain, name: &str) -> Option<FactId> {
     Some(FactId(position as u32))
 }
 
+#[inline]
 pub(super) fn compare(op: CompareOp, left: &Value, right: &Value) -> bool {
     let numbers = match (left, right) {
         (Value::Number(l), Value::Number(r)) => l.partial_cmp(r),

@@ -4,18 +4,31 @@
 //!
 //! **Invariant:** the engine asks a [`Reasoner`] and never sees a coordinate.
 
+mod act;
+mod agenda;
+mod bound;
 mod changes;
+mod cycle;
+mod document;
 mod eval;
 mod explain;
 mod ground;
+mod hash;
 mod links;
+mod memo;
+mod order;
 mod outcome;
+mod prepare;
 mod reasoner;
+mod record;
+mod reduction;
+mod refusals;
 mod search;
 mod sets;
 mod state;
+mod take_up;
 
-pub use links::document;
-pub use outcome::{Budget, Ending, Found, Outcome, Settings, Statistics, Step, Tree, TreeNode, Truncated};
+pub use document::document;
+pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
 pub use search::solve;

@@ -1,18 +1,40 @@
 //! What to search for, and what comes of it: data only.
 
 use super::reasoner::GasRef;
-use crate::ir::{ActionId, SlotId, TaskId, Value};
+use crate::ir::{ActionId, Domain, SlotId, TaskId, Value};
 use crate::plan::WhyNot;
 
-/// What to look for.
+/// What to look for, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
+    pub aim: Aim,
     /// Geometric alternatives tried per projected action, the first included, unless the action says otherwise
     /// (thesis 4.3.4: branching factor).
     pub branching: u32,
-    /// Go on for the cheapest plan instead of stopping at the first.
-    pub best: bool,
+    /// Subtasks with no order between them may mix step by step; else each is done as one block.
+    pub interleave: bool,
+    pub cuts: Cuts,
     pub budget: Budget,
+}
+
+/// Which plans are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aim {
+    First,
+    /// The cheapest.
+    Best,
+    /// Up to that many, no two of which are the same sequence of actions.
+    All(u32),
+}
+
+/// Whether branches are left that repeat themselves or what failed before (see `memo` and `cycle`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cuts {
+    Off,
+    /// Failures are remembered once a search has shown that it needs it: a plan that comes straight away costs nothing.
+    On,
+    /// Failures are remembered from the start.
+    Always,
 }
 
 /// Ends of a search; counts, so that the same input ends at the same place on every machine.
@@ -28,7 +50,7 @@ pub struct Budget {
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// The first plan was asked for and found.
+    /// As many plans as asked for were found.
     FirstPlan,
     /// Every choice was tried; with a plan: it is the best one.
     Exhausted,
@@ -49,6 +71,9 @@ pub struct Truncated {
     pub geometry: u64,
     /// Branches deeper than the limit.
     pub depth: u64,
+    /// Branches that came back to a task of their own, with the same arguments in the same state and with more to do
+    /// after it: only a plan that repeats itself can be missed.
+    pub cycles: u64,
 }
 
 /// Counts of a search.
@@ -60,6 +85,8 @@ pub struct Statistics {
     /// Alternatives asked for (thesis Table 4.3).
     pub alternatives: u64,
     pub backtracks: u64,
+    /// Branches left because the same state with the same tasks to do is known to fail, or is on its own path.
+    pub repeated: u64,
     pub plans: u64,
 }
 
@@ -67,37 +94,67 @@ pub struct Statistics {
 #[derive(Debug, Clone)]
 pub struct Step {
     pub action: ActionId,
-    pub args: Vec<Value>,
+    /// Its leaf in the decomposition tree.
+    pub node: u32,
     pub gas: Option<GasRef>,
     /// Cost and duration [s] of its projection; zeros without one.
     pub geometric: (f64, f64),
     pub cost: f64,
     /// (least, most) [s]; a projected action lasts at least as long as its trajectories.
     pub duration: (f64, f64),
-    /// Slots that its precondition, the arguments of its projection, effects, cost and duration read.
-    pub reads: Vec<SlotId>,
-    /// Slots that its effects wrote; for a projected one also the shared ones that some other action's effects wrote.
-    /// Shared attributes that geometry changed come on top in [`Found::changes`].
-    pub writes: Vec<SlotId>,
-    /// Its leaf in the decomposition tree.
-    pub node: usize,
+    /// Where its reads, then its writes begin in the list of slots, and where they end.
+    pub(super) slots: [u32; 3],
 }
 
-/// The decomposition tree in the order of execution: node 0 is the task asked for, a node stands before its children, and
-/// all of a subtree before the next sibling.
+/// No node.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// The decomposition tree in the order in which tasks were taken up: node 0 is the task asked for, a node stands before its
+/// children. Without interleaving all of a subtree stands before the next sibling.
 #[derive(Debug, Clone, Default)]
-pub struct Tree(pub Vec<TreeNode>);
+pub struct Tree {
+    pub(super) nodes: Vec<Node>,
+    /// The frames of all nodes: arguments, then variables.
+    pub(super) values: Vec<Value>,
+}
 
 /// A task instance.
 #[derive(Debug, Clone)]
-pub struct TreeNode {
+pub(super) struct Node {
     pub task: TaskId,
-    pub args: Vec<Value>,
-    pub parent: Option<usize>,
+    /// Where its frame begins.
+    pub frame: u32,
+    /// [`NONE`] for the root.
+    pub parent: u32,
     /// Position in the parent's decomposition.
-    pub subtask: usize,
-    /// The decomposition applied; `None` for an action, and where the goal held.
-    pub decomposition: Option<usize>,
+    pub subtask: u32,
+    /// The decomposition applied; [`NONE`] for an action, and where the goal held.
+    pub decomposition: u32,
+    /// Methods above it.
+    pub depth: u32,
+    /// How many actions were done when it was taken up.
+    pub at: u32,
+    /// The first cell of the agenda when it was taken up.
+    pub head: u32,
+    /// How many of the nodes right above it were taken up since the last action, and an older one to compare with.
+    pub streak: u32,
+    pub anchor: u32,
+}
+
+impl Tree {
+    /// Returns a node's arguments.
+    pub(super) fn args(&self, domain: &Domain, node: u32) -> &[Value] {
+        let Node { task, frame, .. } = &self.nodes[node as usize];
+        let from = *frame as usize;
+        &self.values[from..from + domain.task_params(*task).len()]
+    }
+
+    /// Returns `Pick(PR2, RED_CUBE)`.
+    pub(super) fn show(&self, domain: &Domain, node: u32) -> String {
+        let args: Vec<String> = self.args(domain, node).iter().map(|v| domain.show(v)).collect();
+        let task = self.nodes[node as usize].task;
+        format!("{}({})", domain.task_name(task), args.join(", "))
+    }
 }
 
 /// A plan as the engine knows it.
@@ -106,14 +163,50 @@ pub struct Found {
     pub steps: Vec<Step>,
     pub tree: Tree,
     pub cost: f64,
-    /// Per step: the slots whose value changed, shared ones included, with the new value.
-    pub changes: Vec<Vec<(SlotId, Value)>>,
+    /// Whether unordered subtasks were allowed to mix.
+    pub interleaved: bool,
+    /// What each step reads and writes, one after the other.
+    pub(super) slots: Vec<SlotId>,
+    /// Shared attributes that actions without geometry have written: every projection writes them, too.
+    pub(super) overruled: Vec<SlotId>,
+    /// What each step changed, one after the other, and where each one's end.
+    pub(super) changes: Vec<(SlotId, Value)>,
+    pub(super) change_ends: Vec<usize>,
 }
 
-/// The result of a search: the best plan found, how the search ended, and why branches failed.
+impl Found {
+    /// Returns the arguments of a step.
+    pub fn args(&self, domain: &Domain, step: &Step) -> &[Value] {
+        self.tree.args(domain, step.node)
+    }
+
+    /// Returns the slots that a step's precondition, the arguments of its projection, constraints, effects, cost and
+    /// duration read.
+    pub fn reads(&self, step: &Step) -> &[SlotId] {
+        &self.slots[step.slots[0] as usize..step.slots[1] as usize]
+    }
+
+    /// Returns the slots that a step's effects wrote. Those of [`Found::changes`] come on top.
+    pub fn writes(&self, step: &Step) -> &[SlotId] {
+        &self.slots[step.slots[1] as usize..step.slots[2] as usize]
+    }
+
+    /// Returns the slots whose value a step changed, shared ones included, with the new value.
+    pub fn changes(&self, step: usize) -> &[(SlotId, Value)] {
+        let from = if step == 0 { 0 } else { self.change_ends[step - 1] };
+        &self.changes[from..self.change_ends[step]]
+    }
+}
+
+/// The result of a search: what was found, how the search ended, and why branches failed.
 #[derive(Debug)]
 pub struct Outcome {
+    /// The first plan, or the best one.
     pub found: Option<Found>,
+    /// With [`Aim::All`], the plans after the first, in the order found.
+    pub others: Vec<Found>,
+    /// No plan costs less.
+    pub least_cost: f64,
     pub ending: Ending,
     pub statistics: Statistics,
     pub why_not: WhyNot,

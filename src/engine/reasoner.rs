@@ -114,6 +114,12 @@ pub trait Reasoner {
     /// `None` where there is no answer (an entity without a place in the world): the test that asks is then false.
     fn request(&mut self, domain: &Domain, request: &Request<'_>) -> Option<Value>;
 
+    /// Returns a number that no other world state has, or `None` where there is none such: failures in states that geometry
+    /// has changed are then not remembered.
+    fn state_key(&mut self) -> Option<u128> {
+        None
+    }
+
     /// Returns a mark of the current world state.
     fn save(&mut self) -> Mark;
 
@@ -177,6 +183,11 @@ impl Reasoner for Granted {
             Base::Number => Value::Number(0.0),
             Base::Bool | Base::String | Base::Entity(_) => Value::Bool(true),
         })
+    }
+
+    /// There is one world state only.
+    fn state_key(&mut self) -> Option<u128> {
+        Some(0)
     }
 
     fn save(&mut self) -> Mark {

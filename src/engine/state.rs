@@ -1,12 +1,24 @@
-//! The symbolic state: a flat vector of attribute values with an undo trail.
+//! The symbolic state: a flat vector of attribute values with an undo trail and a running fingerprint.
 
+use super::hash::Print;
 use crate::ir::{Domain, SlotId, Value};
 
 /// Values of all slots. A shared attribute's slot is `None` until somebody reads it: facts are computed on demand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     values: Vec<Option<Value>>,
-    trail: Vec<(SlotId, Option<Value>)>,
+    /// Whether a slot's value was read from geometry: it then says no more than the world state does.
+    is_read: Vec<bool>,
+    trail: Vec<Change>,
+    /// The fingerprint of all values but those that were read from geometry; kept up once somebody has asked for it.
+    print: Option<Print>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Change {
+    slot: SlotId,
+    was_read: bool,
+    old: Option<Value>,
 }
 
 /// A point to come back to.
@@ -21,35 +33,58 @@ impl State {
             values[slot.index()] = None;
         }
         State {
+            is_read: vec![false; values.len()],
             values,
             trail: Vec::new(),
+            print: None,
         }
     }
 
     /// Returns the value, or `None` if it must be read from geometry first.
+    #[inline]
     pub fn get(&self, slot: SlotId) -> Option<&Value> {
         self.values[slot.index()].as_ref()
     }
 
     /// Sets the value; undone by [`State::restore`].
+    #[inline]
     pub fn set(&mut self, slot: SlotId, value: Value) {
-        let old = self.values[slot.index()].replace(value);
-        self.trail.push((slot, old));
+        self.change(slot, Some(value));
     }
 
     /// Forgets a shared attribute's value, since the world has changed; undone by [`State::restore`].
     pub fn forget(&mut self, slot: SlotId) {
-        let old = self.values[slot.index()].take();
-        self.trail.push((slot, old));
+        // A slot that nobody has read goes on the trail, too: it may be read in the world state to come.
+        self.change(slot, None);
+    }
+
+    fn change(&mut self, slot: SlotId, value: Option<Value>) {
+        let i = slot.index();
+        let was_read = self.is_read[i];
+        if let Some(print) = self.print {
+            let mut print = print;
+            if let (Some(old), false) = (&self.values[i], was_read) {
+                print = print.toggle(said(slot, old));
+            }
+            if let Some(new) = &value {
+                print = print.toggle(said(slot, new));
+            }
+            self.print = Some(print);
+        }
+        let old = std::mem::replace(&mut self.values[i], value);
+        self.is_read[i] = false;
+        self.trail.push(Change { slot, was_read, old });
     }
 
     /// Remembers what was read from geometry. Not on the trail: the value belongs to the world state of now, and every
     /// change of that world state has put the slot on the trail by [`State::forget`].
     pub fn remember(&mut self, slot: SlotId, value: Value) {
         self.values[slot.index()] = Some(value);
+        self.is_read[slot.index()] = true;
     }
 
     /// Returns a mark of now.
+    #[inline]
     pub fn mark(&self) -> TrailMark {
         TrailMark(self.trail.len())
     }
@@ -57,11 +92,44 @@ impl State {
     /// Undoes everything since the mark, latest first.
     pub fn restore(&mut self, mark: TrailMark) {
         while self.trail.len() > mark.0 {
-            if let Some((slot, old)) = self.trail.pop() {
-                self.values[slot.index()] = old;
+            if let Some(Change { slot, was_read, old }) = self.trail.pop() {
+                let i = slot.index();
+                if let Some(print) = &mut self.print {
+                    if let (Some(new), false) = (&self.values[i], self.is_read[i]) {
+                        *print = print.toggle(said(slot, new));
+                    }
+                    if let (Some(old), false) = (&old, was_read) {
+                        *print = print.toggle(said(slot, old));
+                    }
+                }
+                self.values[i] = old;
+                self.is_read[i] = was_read;
             }
         }
     }
+
+    /// Returns the fingerprint of what the domain has said; what was read from geometry is not in it.
+    pub fn print(&mut self) -> Print {
+        if let Some(print) = self.print {
+            return print;
+        }
+        let print = self.computed_print();
+        self.print = Some(print);
+        print
+    }
+
+    fn computed_print(&self) -> Print {
+        let said = (0..self.values.len()).filter(|i| !self.is_read[*i]).filter_map(|i| {
+            let value = self.values[i].as_ref()?;
+            Some(said(SlotId(i as u32), value))
+        });
+        said.fold(Print::default(), Print::toggle)
+    }
+}
+
+/// Returns what one slot's value adds to the fingerprint.
+fn said(slot: SlotId, value: &Value) -> Print {
+    Print::of(u64::from(slot.0)).value(value)
 }
 
 #[cfg(test)]
@@ -151,6 +219,7 @@ mod tests {
                     }
                 }
                 prop_assert_eq!(seen(&state, world), model.clone());
+                prop_assert_eq!(state.print(), state.computed_print());
             }
         }
     }

@@ -22,15 +22,22 @@ pub struct Plan {
     pub cost: f64,
     /// When the last action ends [s].
     pub makespan: f64,
+    /// Whether unordered subtasks were allowed to mix step by step; else each is one block.
+    #[serde(skip_serializing_if = "is_false", default)]
+    pub interleaved: bool,
     /// In an order in which they can be done one by one.
     pub actions: Vec<Action>,
     /// Per agent, the indices of the actions it takes part in, in order.
     pub streams: IndexMap<String, Vec<usize>>,
     /// What must be over before what (transitive reduction).
     pub links: Vec<Link>,
-    /// How the task was decomposed: a tree, its nodes in the order of execution. The root, the task itself, is node 0; a
-    /// node stands before its children, and all of a subtree before the next sibling.
+    /// How the task was decomposed: a tree, its nodes in the order in which they were taken up. The root, the task itself, is
+    /// node 0; a node stands before its children, and, unless interleaved, all of a subtree before the next sibling.
     pub decomposition: Vec<Node>,
+}
+
+fn is_false(x: &bool) -> bool {
+    !x
 }
 
 /// One action.

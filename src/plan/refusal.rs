@@ -35,10 +35,16 @@ pub enum Refusal {
     DurationOrder { task: String, least: f64, most: f64 },
     /// Geometry found no (further) solution.
     Geometry(ActionRefusal),
-    /// The plan would cost at least as much as the best one known.
-    TooCostly { cost: f64, bound: f64 },
-    /// A method came back to itself deeper than the limit.
-    TooDeep { task: String, depth: usize },
+    /// The plan would cost at least as much as the best one known: so much up to here, and so much to come.
+    TooCostly { cost: f64, rest: f64, bound: f64 },
+    /// Methods inside methods, more than the limit; `chain` are the last tasks down to this one.
+    TooDeep {
+        task: String,
+        depth: usize,
+        chain: Vec<String>,
+    },
+    /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
+    Cycle { chain: Vec<String> },
 }
 
 /// Why a geometric action has no further solution.
@@ -142,10 +148,28 @@ impl fmt::Display for Refusal {
                 write!(f, "{task}: its least duration {least} is above its most {most}")
             }
             Refusal::Geometry(refusal) => write!(f, "{refusal}"),
-            Refusal::TooCostly { cost, bound } => {
+            Refusal::TooCostly { cost, rest, bound } if *rest > 0.0 => write!(
+                f,
+                "a cost of {cost:.4} and at least {rest:.4} to come are not below the best plan's {bound:.4}"
+            ),
+            Refusal::TooCostly { cost, bound, .. } => {
                 write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}")
             }
-            Refusal::TooDeep { task, depth } => write!(f, "{task}: more than {depth} methods deep"),
+            Refusal::TooDeep { task, depth, chain } => {
+                write!(
+                    f,
+                    "{task}: more than {depth} methods deep, at last {}",
+                    chain.join(" > ")
+                )
+            }
+            Refusal::Cycle { chain } => {
+                let task = chain.first().map_or("", String::as_str);
+                write!(f, "{task} comes back to itself in the same state")?;
+                if chain.len() > 2 {
+                    write!(f, ": {}", chain.join(" > "))?;
+                }
+                Ok(())
+            }
         }
     }
 }
@@ -187,14 +211,17 @@ impl Reason {
 const MAX_REASONS: usize = 2000;
 
 impl WhyNot {
-    /// Counts a refusal. Those of one geometric call are one reason, whatever stopped its candidates.
-    pub fn add(&mut self, refusal: &Refusal) {
+    /// Counts a refusal and returns the number of its reason, if it is kept. Those of one geometric call are one reason,
+    /// whatever stopped its candidates.
+    pub fn add(&mut self, refusal: &Refusal) -> Option<usize> {
         let text = refusal.to_string();
         if self.reasons.len() >= MAX_REASONS && !self.reasons.contains_key(&text) {
             self.not_kept += 1;
-            return;
+            return None;
         }
-        let reason = self.reasons.entry(text).or_default();
+        let entry = self.reasons.entry(text);
+        let number = entry.index();
+        let reason = entry.or_default();
         reason.n_branches += 1;
         if let Refusal::Geometry(geometry) = refusal
             && geometry.tried > 0
@@ -204,6 +231,15 @@ impl WhyNot {
             for cause in &geometry.causes {
                 *reason.causes.entry(cause.to_string()).or_default() += u64::from(cause.count);
             }
+        }
+        Some(number)
+    }
+
+    /// Counts a refusal that is the same as one before, by the number that [`WhyNot::add`] has given.
+    pub fn add_again(&mut self, number: Option<usize>) {
+        match number.and_then(|n| self.reasons.get_index_mut(n)) {
+            Some((_, reason)) => reason.n_branches += 1,
+            None => self.not_kept += 1,
         }
     }
 

@@ -176,5 +176,10 @@ pub fn truncated(cut: Truncated) -> String {
         "branch was too deep (try a larger --max-depth)",
         "branches were too deep (try a larger --max-depth)",
     );
+    add(
+        cut.cycles,
+        "branch came back to its own task in the same state (--no-cuts follows it)",
+        "branches came back to their own task in the same state (--no-cuts follows them)",
+    );
     parts.join(", ")
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use sgap::diag::render;
-use sgap::engine::{self, Budget, Outcome};
+use sgap::engine::{self, Aim, Budget, Cuts, Outcome};
 use sgap::grp::{self, Grp};
 use sgap::ir::{Domain, Goal};
 use sgap::load::{Input, Paths, load_paths};
@@ -123,7 +123,9 @@ pub fn plan(case: &Case<'_>) -> Planned {
     };
     let settings = engine::Settings {
         branching: case.branching,
-        best: case.best,
+        aim: if case.best { Aim::Best } else { Aim::First },
+        interleave: domain.settings.interleave,
+        cuts: Cuts::On,
         budget: Budget {
             expansions: case.expansions,
             depth: 10_000,

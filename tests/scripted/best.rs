@@ -1,6 +1,6 @@
 //! The cheapest plan: what is announced, what is cut off, and which costs are refused.
 
-use sgap::engine::{Ending, Settings};
+use sgap::engine::{Aim, Ending, Settings};
 
 use crate::domain::text;
 use crate::reasoner::Scripted;
@@ -157,7 +157,10 @@ fn the_best_order_is_found() {
         &text(methods),
         "Go(R)",
         Scripted::new("", &[]),
-        &Settings { best: true, ..FIRST },
+        &Settings {
+            aim: Aim::Best,
+            ..FIRST
+        },
     );
     // `Set` costs 1; 1 * 2 + 2 * 2 + 3 * 1 = 9, against 1 * 1 + 2 * 2 + 3 * 2 = 11 in the order of the file.
     assert_eq!(run.plan(), "Set(R,1) Carry(R,CUP) Carry(R,PEN) Carry(R,BOX)");

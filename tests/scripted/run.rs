@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use sgap::check::{self, Given};
 use sgap::diag::render::render;
-use sgap::engine::{self, Budget, Ending, Found, Outcome, Settings};
+use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Outcome, Settings};
 use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
@@ -17,7 +17,9 @@ use crate::reasoner::Scripted;
 /// First plan, three alternatives, and no budget that a small domain could reach.
 pub const FIRST: Settings = Settings {
     branching: 3,
-    best: false,
+    aim: Aim::First,
+    interleave: false,
+    cuts: Cuts::On,
     budget: Budget {
         expansions: 10_000,
         depth: 50,
@@ -25,7 +27,10 @@ pub const FIRST: Settings = Settings {
 };
 
 /// As [`FIRST`], for the best plan.
-pub const BEST: Settings = Settings { best: true, ..FIRST };
+pub const BEST: Settings = Settings {
+    aim: Aim::Best,
+    ..FIRST
+};
 
 /// What a search gave.
 #[derive(Debug)]
@@ -109,7 +114,7 @@ pub fn second_opinion(run: &Run, plan: &Plan) -> Result<Verdict, Fault> {
 
 fn actions(domain: &Domain, found: &Found) -> Vec<String> {
     let show = |step: &engine::Step| {
-        let args: Vec<String> = step.args.iter().map(|v| domain.show(v)).collect();
+        let args: Vec<String> = found.args(domain, step).iter().map(|v| domain.show(v)).collect();
         format!("{}({})", domain.actions[step.action.index()].name, args.join(","))
     };
     found.steps.iter().map(show).collect()

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use sgap::engine::{self, Budget, Ending, Settings, Truncated};
+use sgap::engine::{self, Aim, Budget, Ending, Settings, Truncated};
 use sgap::plan::Node;
 
 use crate::domain::{every_object, text};
@@ -257,12 +257,16 @@ fn a_search_without_a_plan_is_exhausted() {
 #[test]
 fn a_recursion_without_an_end_stops_at_the_depth_limit() {
     let run = run(
-        &text("method Go(Agent A) { { subtasks { 1: Go(A); }; } { subtasks { 1: Never(A); }; } }"),
+        &text(
+            "method Go(Agent A) { { subtasks { 1: Set(A, 0); 2: Up(A) > 1; }; } }
+             method Up(Agent A) { { subtasks { 1: Count(A); 2: Further(A, CUP) > 1; }; } }
+             method Further(Agent A, Object O) { { subtasks { 1: Up(A); }; } }",
+        ),
         "Go(R)",
         Scripted::new("", &[]),
         &Settings {
             budget: Budget {
-                depth: 5,
+                depth: 6,
                 ..FIRST.budget
             },
             ..FIRST
@@ -275,10 +279,7 @@ fn a_recursion_without_an_end_stops_at_the_depth_limit() {
     assert_eq!(run.outcome.ending, Ending::ExhaustedTruncated(cut));
     assert_eq!(
         run.reasons(),
-        [
-            "6 x Never(R): R.count == 99 is false (R.count is NULL)",
-            "1 x Go(R): more than 5 methods deep"
-        ]
+        ["1 x Up(R): more than 6 methods deep, at last Up(R) > Further(R, CUP) > Up(R)"]
     );
 }
 
@@ -300,7 +301,7 @@ fn ending_within(expansions: u64) -> (Ending, u64, bool) {
         "Go(R)",
         Scripted::new("", &[]),
         &Settings {
-            best: true,
+            aim: Aim::Best,
             budget: Budget {
                 expansions,
                 ..FIRST.budget

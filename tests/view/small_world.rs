@@ -313,6 +313,7 @@ pub fn pick_and_place() -> Plan {
         seed: 1,
         cost: 2.0,
         makespan: 4.5,
+        interleaved: false,
         actions,
         streams: IndexMap::from([("ARM".into(), vec![0, 1])]),
         links: vec![],

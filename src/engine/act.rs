@@ -1,0 +1,216 @@
+//! Applies actions: precondition, projection onto geometry, effects, cost and duration.
+
+use super::ground;
+use super::outcome::{NONE, Node, Step};
+use super::reasoner::{Call, GasNum, GasRef, Projection};
+use super::refusals::Kind;
+use super::search::{Choice, Flow, Point, Search};
+use crate::ir::{ActionId, TaskId, Value};
+use crate::plan::Refusal;
+
+impl Search<'_> {
+    /// Tests an action's precondition, projects it, and applies it.
+    pub fn try_action(&mut self, node: u32, id: ActionId) -> Flow {
+        let domain = self.context.domain;
+        let action = &domain.actions[id.index()];
+        let frame = self.extend(node, id);
+        if !self.passes(&action.preconditions, node, frame, 0) {
+            return Flow::Back;
+        }
+        let Some(projection) = &action.projects else {
+            return self.apply_action(node, None);
+        };
+        let mut args = Vec::with_capacity(projection.args.len());
+        for (position, arg) in projection.args.iter().enumerate() {
+            match self.context.value(arg, &mut self.tree.values[frame..]) {
+                Some(value) if value != Value::Null => args.push(value),
+                _ => {
+                    return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
+                        Refusal::NullArgument {
+                            task: search.show(node),
+                            position,
+                        }
+                    });
+                }
+            }
+        }
+        let constraints = ground::formula(&mut self.context, &action.constraints, &mut self.tree.values[frame..]);
+        self.tree.values.truncate(frame + action.params.len());
+        let point = self.point();
+        self.statistics.projections += 1;
+        let call = Call {
+            name: &projection.name,
+            args: &args,
+            constraints: &constraints,
+        };
+        match self.context.reasoner.project(domain, &call) {
+            Ok(solution) => {
+                let limit = action.alternatives.unwrap_or(self.settings.branching);
+                self.push_alternatives(point, node, solution, limit);
+                self.apply_action(node, Some((point, solution)))
+            }
+            Err(refusal) => self.refuse_geometry(refusal),
+        }
+    }
+
+    /// Asks for another geometric solution of an action, and applies it.
+    pub fn try_alternative(&mut self, point: Point, node: u32, gas: GasNum, tried: u32, limit: u32) -> Flow {
+        self.statistics.projections += 1;
+        self.statistics.alternatives += 1;
+        self.read_before(node);
+        match self.context.reasoner.find_alternative(gas, tried) {
+            Ok(projection) => {
+                self.push_alternatives(point, node, projection, limit);
+                self.apply_action(node, Some((point, projection)))
+            }
+            Err(refusal) => self.refuse_geometry(refusal),
+        }
+    }
+
+    fn refuse_geometry(&mut self, refusal: crate::plan::ActionRefusal) -> Flow {
+        self.truncated.geometry += u64::from(!refusal.exhausted);
+        self.reasons.add_geometry(&Refusal::Geometry(refusal));
+        Flow::Back
+    }
+
+    /// Makes room for an action's quantified variables behind its arguments; returns where its frame begins.
+    fn extend(&mut self, node: u32, id: ActionId) -> usize {
+        let action = &self.context.domain.actions[id.index()];
+        let frame = self.tree.nodes[node as usize].frame as usize;
+        let n_vars = action.n_vars.max(action.params.len());
+        self.tree.values.resize(frame + n_vars, Value::Null);
+        frame
+    }
+
+    /// Notes what an action's precondition, the arguments of its projection and its constraints read, in the world state
+    /// before the action.
+    fn read_before(&mut self, node: u32) {
+        let TaskId::Action(id) = self.tree.nodes[node as usize].task else {
+            return;
+        };
+        let action = &self.context.domain.actions[id.index()];
+        let frame = self.extend(node, id);
+        self.context.reads.clear();
+        let values = &mut self.tree.values[frame..];
+        self.context.holds(&action.preconditions, values);
+        if let Some(projection) = &action.projects {
+            for arg in &projection.args {
+                self.context.value(arg, values);
+            }
+            ground::formula(&mut self.context, &action.constraints, values);
+        }
+        self.tree.values.truncate(frame + action.params.len());
+    }
+
+    fn push_alternatives(&mut self, point: Point, node: u32, projection: Projection, limit: u32) {
+        let GasRef { gas, alternative } = projection.gas;
+        let tried = alternative + 1;
+        if tried < limit {
+            let choice = Choice::Alternative {
+                node,
+                gas,
+                tried,
+                limit,
+            };
+            self.choices.push((point, choice));
+        } else {
+            // HEURISTIC: counted as cut short even if geometry has no further solution: only asking would tell.
+            self.truncated.alternatives += 1;
+        }
+    }
+
+    /// Applies the effects; after a projection all shared attributes are read anew from geometry (thesis 4.3.5).
+    /// `projected` is the point before the projection, and what it gave. What the action has read so far is noted.
+    fn apply_action(&mut self, node: u32, projected: Option<(Point, Projection)>) -> Flow {
+        let Node { task, .. } = self.tree.nodes[node as usize];
+        let TaskId::Action(id) = task else { return Flow::Back };
+        let action = &self.context.domain.actions[id.index()];
+        let geometric = projected.map_or((0.0, 0.0), |(_, p)| (p.cost, p.duration));
+        let n_reads = self.context.reads.len();
+        let frame = self.extend(node, id);
+        let numbers = loop {
+            self.context.reads.truncate(n_reads);
+            (self.context.projection, self.context.is_late) = (geometric, projected.is_some());
+            let values = &mut self.tree.values[frame..];
+            let numbers =
+                [&action.cost, &action.duration.0, &action.duration.1].map(|e| self.context.number(e, values));
+            self.written.clear();
+            self.context.apply(&action.effects, values, &mut self.written);
+            (self.context.projection, self.context.is_late) = ((0.0, 0.0), false);
+            match projected {
+                // All this looks at the world state before the projection, and what it looks at may depend on what the
+                // projection gave. INVARIANT: every round knows an answer more, so there is a last one.
+                Some((point, projection)) if !self.context.missed.is_empty() => {
+                    let missed = std::mem::take(&mut self.context.missed);
+                    self.context.state.restore(point.trail);
+                    self.context.reasoner.restore(point.world);
+                    self.context.catch_up(missed);
+                    self.context.reasoner.replay(projection.gas);
+                }
+                _ => break numbers,
+            }
+        };
+        self.context.answers.clear();
+        self.tree.values.truncate(frame + action.params.len());
+        let (cost, least, most) = match numbers {
+            [Some(c), Some(l), Some(m)] if c >= 0.0 && l >= 0.0 && m >= l => (c, l, m),
+            numbers => return self.refuse_numbers(node, numbers),
+        };
+        if projected.is_some() {
+            for slot in self.shared {
+                self.context.state.forget(*slot);
+            }
+        }
+        self.cost += cost;
+        let slots = self.note_slots();
+        self.steps.push(Step {
+            action: id,
+            node,
+            gas: projected.map(|(_, p)| p.gas),
+            geometric,
+            cost,
+            duration: (least.max(geometric.1), most.max(geometric.1)),
+            slots,
+        });
+        let guard = self.guard();
+        self.agenda.finish(self.prepared, node, guard);
+        self.too_costly().unwrap_or(Flow::Forward)
+    }
+
+    /// Writes down what the action at hand has read and written, each slot once; returns where.
+    fn note_slots(&mut self) -> [u32; 3] {
+        let mut ends = [self.slots.len() as u32; 3];
+        for (list, end) in [&mut self.context.reads, &mut self.written].into_iter().zip(1..) {
+            list.sort_unstable();
+            list.dedup();
+            self.slots.append(list);
+            ends[end] = self.slots.len() as u32;
+        }
+        ends
+    }
+
+    fn refuse_numbers(&mut self, node: u32, numbers: [Option<f64>; 3]) -> Flow {
+        let [c, l, m] = numbers;
+        let bad = |x: &Option<f64>| x.is_none_or(|x| x < 0.0);
+        let (what, value) = match (l, m) {
+            _ if bad(&c) => ("cost", c),
+            _ if bad(&l) => ("least duration", l),
+            (Some(least), Some(most)) if most >= 0.0 => {
+                let print = [least.to_bits(), most.to_bits()];
+                return self.refuse(Kind::Number, node, &print, |search| Refusal::DurationOrder {
+                    task: search.show(node),
+                    least,
+                    most,
+                });
+            }
+            _ => ("most duration", m),
+        };
+        let value = value.unwrap_or(f64::NAN);
+        let print = [what.len() as u64, value.to_bits(), u64::from(NONE)];
+        self.refuse(Kind::Number, node, &print, |search| Refusal::BadNumber {
+            task: search.show(node),
+            what,
+            value,
+        })
+    }
+}

@@ -1,0 +1,123 @@
+//! From the engine's plan to the plan document: links, streams and the earliest schedule.
+//!
+//! Starts are the longest paths over links and streams: one action at a time per agent (thesis 4.3.2).
+
+use indexmap::IndexMap;
+
+use super::explain::slot_name;
+use super::links::links;
+use super::outcome::{Found, NONE};
+use super::reasoner::GasRef;
+use crate::ir::{Domain, EntityId, Goal, Value};
+use crate::plan::{Action, Geometry, Node, Plan, VERSION};
+
+/// Returns the document of a found plan; `geometry` tells the choices and motions of a projection.
+pub fn document(
+    found: &Found,
+    domain: &Domain,
+    goal: &Goal,
+    seed: u64,
+    geometry: &dyn Fn(GasRef) -> Option<Geometry>,
+) -> Plan {
+    let links = links(found, domain);
+    let mut streams: IndexMap<EntityId, Vec<usize>> = IndexMap::new();
+    let mut free_at: Vec<f64> = vec![0.0; domain.entities.len()];
+    let mut ready_at: Vec<f64> = vec![0.0; found.steps.len()];
+    let mut next_link = 0;
+    let mut actions: Vec<Action> = Vec::with_capacity(found.steps.len());
+    for (index, step) in found.steps.iter().enumerate() {
+        let agents = agents(found, domain, index);
+        let start = agents
+            .iter()
+            .map(|a| free_at[a.index()])
+            .fold(ready_at[index], f64::max);
+        let end = start + step.duration.0;
+        for agent in &agents {
+            free_at[agent.index()] = end;
+            streams.entry(*agent).or_default().push(index);
+        }
+        // Links are sorted by the action that comes first.
+        while let Some(link) = links.get(next_link).filter(|l| l.before == index) {
+            ready_at[link.after] = ready_at[link.after].max(end);
+            next_link += 1;
+        }
+        let changes = found.changes(index).iter();
+        actions.push(Action {
+            index,
+            name: domain.actions[step.action.index()].name.clone(),
+            arguments: show_all(domain, found.args(domain, step)),
+            agents: agents.iter().map(|a| domain.entities[a.index()].name.clone()).collect(),
+            cost: step.cost,
+            duration: [step.duration.0, step.duration.1],
+            start,
+            end,
+            geometry: step.gas.and_then(geometry),
+            changes: changes
+                .map(|(slot, v)| (slot_name(domain, *slot), domain.show(v)))
+                .collect(),
+        });
+    }
+    let task = format!(
+        "{}({})",
+        domain.task_name(goal.task),
+        show_all(domain, &goal.args).join(", ")
+    );
+    Plan {
+        format: "sgap-plan".into(),
+        version: VERSION,
+        task,
+        seed,
+        cost: found.cost,
+        makespan: actions.iter().map(|a| a.end).fold(0.0, f64::max),
+        interleaved: found.interleaved,
+        actions,
+        streams: streams
+            .into_iter()
+            .map(|(agent, stream)| (domain.entities[agent.index()].name.clone(), stream))
+            .collect(),
+        links,
+        decomposition: decomposition(found, domain),
+    }
+}
+
+fn show_all(domain: &Domain, values: &[Value]) -> Vec<String> {
+    values.iter().map(|v| domain.show(v)).collect()
+}
+
+/// Returns the agents of a step, each once, the acting one first.
+fn agents(found: &Found, domain: &Domain, index: usize) -> Vec<EntityId> {
+    let step = &found.steps[index];
+    let args = found.args(domain, step);
+    let mut agents = Vec::new();
+    for position in &domain.actions[step.action.index()].agents {
+        let members: Vec<EntityId> = match &args[*position] {
+            Value::Entity(e) => vec![*e],
+            Value::Set(set) => set.iter().collect(),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => Vec::new(),
+        };
+        for agent in members {
+            if !agents.contains(&agent) {
+                agents.push(agent);
+            }
+        }
+    }
+    agents
+}
+
+/// Returns the tree's nodes, in their order.
+fn decomposition(found: &Found, domain: &Domain) -> Vec<Node> {
+    let nodes = &found.tree.nodes;
+    let mut action_of = vec![None; nodes.len()];
+    for (index, step) in found.steps.iter().enumerate() {
+        action_of[step.node as usize] = Some(index);
+    }
+    let known = |x: u32| Some(x as usize).filter(|_| x != NONE);
+    let node = |i: usize| Node {
+        task: domain.task_name(nodes[i].task).to_owned(),
+        arguments: show_all(domain, found.tree.args(domain, i as u32)),
+        parent: known(nodes[i].parent),
+        decomposition: known(nodes[i].decomposition),
+        action: action_of[i],
+    };
+    (0..nodes.len()).map(node).collect()
+}

@@ -1,0 +1,172 @@
+//! What is known to fail: a state with the tasks that are still to be done.
+//!
+//! The same state with the same tasks to do in the same order has the same futures. So a search of it that has come to its
+//! end without a plan is not made again, and one that is still on its way is not begun inside itself: each plan which that
+//! could lead to is one of the outer search, behind steps that lead nowhere. What makes a failure less than a fact:
+//! - something was cut short beneath it (alternatives, depth, geometry): it is not kept;
+//! - a branch was left because it came back to something above it: it fails here only, and is not kept;
+//! - for the best plan, the branches beneath were left at some cost up to there: it is kept with that cost, and counts for
+//!   those that have cost as much;
+//! - with plans beneath, it is no failure when all plans are wanted.
+//!
+//! States and tasks are compared by fingerprints (`hash`). Geometry is part of the state if the reasoner can name its world
+//! state; else nothing is remembered in a domain whose actions are projected.
+
+use rustc_hash::FxHashMap;
+
+use super::outcome::{Aim, Cuts, NONE, Truncated};
+use super::search::{Choice, Point, Search};
+use crate::ir::Value;
+
+/// What is known of a state with tasks to do.
+#[derive(Debug, Clone, Copy)]
+enum Known {
+    /// Its search is on the way: the first node that is beneath it.
+    Open(u32),
+    /// It has no plan, or none that is better when so much was spent before.
+    Failed(f64),
+}
+
+/// A search on its way.
+#[derive(Debug)]
+struct Watch {
+    key: u128,
+    /// The first node that is beneath it.
+    first: u32,
+    cost: f64,
+    truncated: Truncated,
+    plans: u64,
+}
+
+/// The table, and the searches on their way, the innermost last.
+#[derive(Debug)]
+pub(super) struct Memo {
+    known: FxHashMap<u128, Known>,
+    watches: Vec<Watch>,
+    /// The topmost node that a branch beneath the innermost search has come back to.
+    highest: u32,
+}
+
+/// HEURISTIC: choices taken back before failures are remembered, and how deep methods are inside methods.
+const PATIENCE: u64 = 100;
+const DEEP: u32 = 1000;
+/// HEURISTIC: searches remembered, at about 50 bytes each.
+const MAX_KNOWN: usize = 1 << 22;
+
+impl Default for Memo {
+    fn default() -> Self {
+        Memo {
+            known: FxHashMap::default(),
+            watches: Vec::new(),
+            highest: NONE,
+        }
+    }
+}
+
+impl Memo {
+    /// Notes that a branch has come back to `node`.
+    pub fn came_back_to(&mut self, node: u32) {
+        self.highest = self.highest.min(node);
+    }
+}
+
+impl Search<'_> {
+    fn remembers(&self, depth: u32) -> bool {
+        match self.settings.cuts {
+            Cuts::Off => false,
+            Cuts::On => self.statistics.backtracks >= PATIENCE || depth >= DEEP,
+            Cuts::Always => true,
+        }
+    }
+
+    /// Says whether the state at hand with all that is to be done, and `node` first, is worth a search. If so, watches it.
+    /// `first` is the first node that will be beneath it.
+    pub fn is_new(&mut self, point: &Point, node: Option<u32>, first: u32, depth: u32) -> bool {
+        if !self.remembers(depth) {
+            return true;
+        }
+        let world = match self.prepared.projects {
+            false => 0,
+            true => match self.context.reasoner.state_key() {
+                Some(key) => key,
+                None => return true,
+            },
+        };
+        let key = self
+            .print_of_all(node)
+            .number(world as u64)
+            .number((world >> 64) as u64)
+            .key();
+        match self.memo.known.get(&key) {
+            Some(Known::Open(above)) => {
+                self.memo.highest = self.memo.highest.min(*above);
+                self.statistics.repeated += 1;
+                return false;
+            }
+            Some(Known::Failed(cost)) if self.cost >= *cost => {
+                self.statistics.repeated += 1;
+                return false;
+            }
+            Some(Known::Failed(_)) => {}
+            None if self.memo.known.len() >= MAX_KNOWN => return true,
+            None => {}
+        }
+        self.memo.known.insert(key, Known::Open(first));
+        self.memo.watches.push(Watch {
+            key,
+            first,
+            cost: self.cost,
+            truncated: self.truncated,
+            plans: self.n_derivations,
+        });
+        self.choices.push((*point, Choice::Watch));
+        true
+    }
+
+    /// Ends the innermost search that is watched: every choice beneath it was tried.
+    pub fn end_watch(&mut self) {
+        let Some(watch) = self.memo.watches.pop() else { return };
+        let cut = Truncated {
+            cycles: self.truncated.cycles,
+            ..watch.truncated
+        };
+        // What came back to something of this search's own would do so anywhere.
+        let is_whole = self.memo.highest >= watch.first;
+        if is_whole {
+            self.memo.highest = NONE;
+        }
+        let has_failed = match self.settings.aim {
+            Aim::First | Aim::Best => true,
+            Aim::All(_) => watch.plans == self.n_derivations,
+        };
+        if is_whole && has_failed && self.truncated == cut {
+            let cost = match self.settings.aim {
+                Aim::Best => watch.cost,
+                Aim::First | Aim::All(_) => f64::NEG_INFINITY,
+            };
+            self.memo.known.insert(watch.key, Known::Failed(cost));
+        } else {
+            self.memo.known.remove(&watch.key);
+        }
+    }
+
+    /// Returns the fingerprint of the symbolic state and all that is to be done, with `node` first.
+    fn print_of_all(&mut self, node: Option<u32>) -> super::hash::Print {
+        let state = self.context.state.print();
+        let (prepared, tree) = (&*self.prepared, &self.tree);
+        let of_frame = |cell: &super::agenda::Cell| {
+            let frame = tree.nodes[cell.node as usize].frame as usize;
+            let live = &prepared.order(cell.order).live;
+            let print = super::hash::Print::of(u64::from(cell.order));
+            live.iter()
+                .map(|var| &tree.values[frame + var.index()])
+                .fold(print, |print, value: &Value| print.value(value))
+        };
+        let mut print = self.agenda.print(prepared, &of_frame).print(state);
+        if let Some(node) = node {
+            print = self.print_of_task(print, node);
+            print = self.agenda.print_of_join(print, node);
+        }
+        print
+    }
+}

@@ -1,0 +1,175 @@
+//! What is worked out once before a search: which subtask comes when, which variables matter, where a SELECT need not look.
+
+use crate::ir::{AttributeId, Binder, CompareOp, Decomposition, Domain, Expr, MethodId, Test, Var};
+
+/// What is known of every decomposition of a domain.
+#[derive(Debug)]
+pub(super) struct Prepared {
+    orders: Vec<Order>,
+    /// The number of each method's first decomposition in `orders`.
+    first: Vec<u32>,
+    /// Whether some action is projected onto geometry.
+    pub projects: bool,
+}
+
+/// A decomposition's subtasks and binders.
+#[derive(Debug)]
+pub(super) struct Order {
+    pub n_subtasks: usize,
+    /// The subtasks in their order, if there is only one.
+    pub chain: Option<Box<[u32]>>,
+    /// The positions that come before each subtask.
+    pub after: Vec<Vec<usize>>,
+    /// The variables that some subtask's argument mentions: all that still matters of a frame.
+    pub live: Box<[Var]>,
+    /// A short cut for each binder, in their order.
+    pub joins: Box<[Join]>,
+}
+
+/// What a filter says of a SELECT's variable that needs no look at every entity.
+#[derive(Debug)]
+pub(super) enum Join {
+    None,
+    /// It is this.
+    Is(Expr),
+    /// It is a member of this.
+    Member(Expr),
+}
+
+impl Prepared {
+    pub fn new(domain: &Domain) -> Self {
+        let mut prepared = Prepared {
+            orders: Vec::new(),
+            first: Vec::new(),
+            projects: domain.actions.iter().any(|a| a.projects.is_some()),
+        };
+        for method in &domain.methods {
+            prepared.first.push(prepared.orders.len() as u32);
+            prepared.orders.extend(method.decompositions.iter().map(order));
+        }
+        prepared
+    }
+
+    /// Returns the number of a decomposition among all of the domain.
+    pub fn number(&self, method: MethodId, decomposition: usize) -> u32 {
+        self.first[method.index()] + decomposition as u32
+    }
+
+    pub fn order(&self, number: u32) -> &Order {
+        &self.orders[number as usize]
+    }
+}
+
+fn order(decomposition: &Decomposition) -> Order {
+    let subtasks = &decomposition.subtasks;
+    let mut live: Vec<Var> = Vec::new();
+    for arg in subtasks.iter().flat_map(|s| &s.args) {
+        mentioned(arg, &mut |var| live.push(var));
+    }
+    live.sort();
+    live.dedup();
+    Order {
+        n_subtasks: subtasks.len(),
+        chain: chain(decomposition),
+        after: subtasks.iter().map(|s| s.after.clone()).collect(),
+        live: live.into(),
+        joins: decomposition.binders.iter().map(join).collect(),
+    }
+}
+
+/// Returns the only order of the subtasks, if there is only one.
+fn chain(decomposition: &Decomposition) -> Option<Box<[u32]>> {
+    let subtasks = &decomposition.subtasks;
+    let mut waits: Vec<usize> = subtasks.iter().map(|s| s.after.len()).collect();
+    let mut followers: Vec<Vec<usize>> = vec![Vec::new(); subtasks.len()];
+    for (i, subtask) in subtasks.iter().enumerate() {
+        subtask.after.iter().for_each(|a| followers[*a].push(i));
+    }
+    let mut ready: Vec<usize> = (0..subtasks.len()).filter(|i| waits[*i] == 0).collect();
+    let mut chain = Vec::with_capacity(subtasks.len());
+    while let Some(i) = ready.pop() {
+        if !ready.is_empty() {
+            return None;
+        }
+        chain.push(i as u32);
+        for f in &followers[i] {
+            waits[*f] -= 1;
+            if waits[*f] == 0 {
+                ready.push(*f);
+            }
+        }
+    }
+    Some(chain.into())
+}
+
+fn join(binder: &Binder) -> Join {
+    let Binder::Select { var, filter, .. } = binder else {
+        return Join::None;
+    };
+    let parts = match filter {
+        Test::And(parts) => parts.as_slice(),
+        other => std::slice::from_ref(other),
+    };
+    let is_var = |e: &Expr| matches!(e, Expr::Var(v) if v == var);
+    let is_free = |e: &Expr| {
+        let mut free = true;
+        mentioned(e, &mut |v| free &= v != *var);
+        free
+    };
+    let mut best = Join::None;
+    for part in parts {
+        match part {
+            Test::Compare {
+                op: CompareOp::Equal,
+                left,
+                right,
+            } => {
+                for (one, other) in [(left, right), (right, left)] {
+                    if is_var(one) && is_free(other) {
+                        return Join::Is(other.clone());
+                    }
+                }
+            }
+            Test::Member { element, set } if is_var(element) && is_free(set) && is_cheap(set) => {
+                if matches!(best, Join::None) {
+                    best = Join::Member(set.clone());
+                }
+            }
+            _ => {}
+        }
+    }
+    best
+}
+
+/// Says whether a set is there to be looked at, so that looking once more costs nothing.
+fn is_cheap(set: &Expr) -> bool {
+    match set {
+        Expr::Const(_) | Expr::Var(_) => true,
+        Expr::Attribute { base, .. } => is_cheap(base),
+        _ => false,
+    }
+}
+
+/// Calls `found` for each variable of an expression.
+pub(super) fn mentioned(expr: &Expr, found: &mut dyn FnMut(Var)) {
+    match expr {
+        Expr::Var(var) => found(*var),
+        Expr::Const(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
+        Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => mentioned(inner, found),
+        Expr::List(all) | Expr::Request { args: all, .. } | Expr::Fact { args: all, .. } => {
+            all.iter().for_each(|e| mentioned(e, found));
+        }
+        Expr::Arithmetic { left: a, right: b, .. }
+        | Expr::SetWith { set: a, element: b }
+        | Expr::SetWithout { set: a, element: b } => {
+            mentioned(a, found);
+            mentioned(b, found);
+        }
+    }
+}
+
+/// Says whether an attribute never changes.
+pub(super) fn is_static(domain: &Domain, attribute: AttributeId) -> bool {
+    let attribute = &domain.attributes[attribute.index()];
+    attribute.is_static && attribute.fact.is_none()
+}

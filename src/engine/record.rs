@@ -1,0 +1,81 @@
+//! Keeps the plans that a search finds, with what each step changed.
+
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashSet;
+
+use super::changes::changes;
+use super::hash::Print;
+use super::outcome::{Aim, Found, Statistics};
+use super::search::Search;
+use crate::ir::SlotId;
+
+/// Plans found so far.
+#[derive(Debug, Default)]
+pub(super) struct Recorder {
+    /// In the order found; with [`Aim::Best`] the best one alone.
+    plans: Vec<Found>,
+    /// Fingerprints of the sequences of actions.
+    sequences: FxHashSet<u128>,
+}
+
+impl Recorder {
+    /// Returns the least cost of a plan found.
+    pub fn best_cost(&self) -> Option<f64> {
+        self.plans.iter().map(|p| p.cost).reduce(f64::min)
+    }
+
+    /// Returns the first (or best) plan and the others.
+    pub fn finish(self) -> (Option<Found>, Vec<Found>) {
+        let mut plans = self.plans.into_iter();
+        (plans.next(), plans.collect())
+    }
+}
+
+impl Search<'_> {
+    /// Keeps the plan at hand; says whether there are enough now. With [`Aim::All`], a sequence of actions that was found
+    /// before is no other plan.
+    pub fn record(&mut self, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> bool {
+        self.n_derivations += 1;
+        if let Aim::All(_) = self.settings.aim {
+            let steps = self.steps.iter().map(|s| s.node);
+            let sequence = steps.fold(Print::default(), |print, node| self.print_of_task(print, node));
+            if !self.recorder.sequences.insert(sequence.key()) {
+                return false;
+            }
+        }
+        self.statistics.plans += 1;
+        let (domain, reasoner) = (self.context.domain, &mut *self.context.reasoner);
+        // What an action without geometry says of a shared attribute, the next projection overrides: that is a write too,
+        // even where the value happens to stay.
+        let mut overruled = BTreeSet::new();
+        if !self.shared.is_empty() {
+            for step in self.steps.iter().filter(|s| s.gas.is_none()) {
+                let writes = &self.slots[step.slots[1] as usize..step.slots[2] as usize];
+                let said = writes.iter().filter(|s| self.shared.binary_search(s).is_ok());
+                overruled.extend(said.copied());
+            }
+        }
+        let mut found = Found {
+            steps: self.steps.clone(),
+            tree: self.tree.clone(),
+            cost: self.cost,
+            interleaved: self.settings.interleave,
+            slots: self.slots.clone(),
+            overruled: overruled.into_iter().collect::<Vec<SlotId>>(),
+            changes: Vec::new(),
+            change_ends: Vec::new(),
+        };
+        (found.changes, found.change_ends) = changes(domain, self.shared, &found, reasoner);
+        on_plan(&found, &self.statistics);
+        if self.settings.aim == Aim::Best {
+            self.recorder.plans.clear();
+        }
+        self.recorder.plans.push(found);
+        match self.settings.aim {
+            Aim::First => true,
+            Aim::Best => false,
+            Aim::All(n) => self.recorder.plans.len() >= n as usize,
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Counts why branches fail. A reason is put into words once: the same one again only adds to its count.
+
+use rustc_hash::FxHashMap;
+
+use super::explain::failed_literal;
+use super::hash::Print;
+use super::outcome::{NONE, Step, Tree};
+use super::search::{Flow, Search};
+use crate::ir::{ActionId, Domain, TaskId, Test, Value};
+use crate::plan::{Refusal, WhyNot};
+
+/// Why branches failed so far.
+#[derive(Debug, Default)]
+pub(super) struct Reasons {
+    why: WhyNot,
+    /// The number of the reason of each refusal met, by fingerprint.
+    known: FxHashMap<u128, Option<usize>>,
+    /// The longest branch.
+    deepest: Vec<(ActionId, Box<[Value]>)>,
+    /// How many of its steps are also the first ones of the branch at hand.
+    common: usize,
+}
+
+/// HEURISTIC: refusals told apart; those after them are counted without words.
+const MAX_KNOWN: usize = 100_000;
+
+impl Reasons {
+    /// Counts a refusal again, if it was met before.
+    fn is_known(&mut self, print: Print) -> bool {
+        match self.known.get(&print.key()) {
+            Some(number) => self.why.add_again(*number),
+            None if self.known.len() >= MAX_KNOWN => self.why.add_again(None),
+            None => return false,
+        }
+        true
+    }
+
+    fn add(&mut self, print: Print, refusal: &Refusal) {
+        let number = self.why.add(refusal);
+        self.known.insert(print.key(), number);
+    }
+
+    /// Counts a refusal of geometry, which says something new each time.
+    pub fn add_geometry(&mut self, refusal: &Refusal) {
+        self.why.add(refusal);
+    }
+
+    /// Notes that only the first `n` steps of the branch are left.
+    pub fn shortened(&mut self, n: usize) {
+        self.common = self.common.min(n);
+    }
+
+    /// Remembers the branch at hand if none was longer. Called where a branch ends.
+    pub fn note_deepest(&mut self, domain: &Domain, steps: &[Step], tree: &Tree) {
+        if steps.len() <= self.deepest.len() {
+            return;
+        }
+        self.deepest.truncate(self.common);
+        for step in &steps[self.common..] {
+            self.deepest
+                .push((step.action, tree.args(domain, step.node).to_vec().into()));
+        }
+        self.common = steps.len();
+    }
+
+    /// Returns all reasons, with the longest branch in words.
+    pub fn finish(mut self, domain: &Domain) -> WhyNot {
+        let show = |(action, args): &(ActionId, Box<[Value]>)| {
+            let args: Vec<String> = args.iter().map(|v| domain.show(v)).collect();
+            format!("{}({})", domain.actions[action.index()].name, args.join(", "))
+        };
+        self.why.deepest = self.deepest.iter().map(show).collect();
+        self.why
+    }
+}
+
+/// Which refusal a fingerprint is of.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    Precondition,
+    NoBinding,
+    NullArgument,
+    Number,
+    TooCostly,
+    TooDeep,
+    Cycle,
+}
+
+impl Search<'_> {
+    /// Counts a refusal of a task with its arguments, put into words if it was not met before. `more` is what else tells
+    /// it from others; with no node it tells all.
+    pub fn refuse(&mut self, kind: Kind, node: u32, more: &[u64], words: impl FnOnce(&Self) -> Refusal) -> Flow {
+        let mut print = Print::of(kind as u64);
+        if node != NONE {
+            print = self.print_of_task(print, node);
+        }
+        let print = more.iter().fold(print, |print, x| print.number(*x));
+        self.refuse_as(print, words)
+    }
+
+    fn refuse_as(&mut self, print: Print, words: impl FnOnce(&Self) -> Refusal) -> Flow {
+        if !self.reasons.is_known(print) {
+            let refusal = words(self);
+            self.reasons.add(print, &refusal);
+        }
+        Flow::Back
+    }
+
+    /// Adds a task with its arguments to a fingerprint.
+    pub fn print_of_task(&self, print: Print, node: u32) -> Print {
+        let task = match self.tree.nodes[node as usize].task {
+            TaskId::Action(a) => u64::from(a.0) << 1,
+            TaskId::Method(m) => u64::from(m.0) << 1 | 1,
+        };
+        let args = self.tree.args(self.context.domain, node);
+        args.iter().fold(print.number(task), Print::value)
+    }
+
+    /// Says whether test number `which` of a task holds, whose frame begins at `from`. If not, the literal that fails is
+    /// counted as the reason.
+    pub fn passes(&mut self, test: &Test, node: u32, from: usize, which: u64) -> bool {
+        let parts = match test {
+            Test::And(parts) => parts.as_slice(),
+            other => std::slice::from_ref(other),
+        };
+        for (i, part) in parts.iter().enumerate() {
+            let n_reads = self.context.reads.len();
+            if self.context.holds(part, &mut self.tree.values[from..]) {
+                continue;
+            }
+            // The same task with the same values met is the same reason.
+            let mut print = self.print_of_task(Print::of(Kind::Precondition as u64), node);
+            print = print.number(which).number(i as u64);
+            for slot in &self.context.reads[n_reads..] {
+                print = print.number(u64::from(slot.0));
+                print = self.context.state.get(*slot).map_or(print, |value| print.value(value));
+            }
+            if !self.reasons.is_known(print) {
+                let task = self.show(node);
+                let frame = &mut self.tree.values[from..];
+                let (literal, met) = failed_literal(&mut self.context, part, frame);
+                self.reasons.add(print, &Refusal::Precondition { task, literal, met });
+            }
+            return false;
+        }
+        true
+    }
+
+    pub fn show(&self, node: u32) -> String {
+        self.tree.show(self.context.domain, node)
+    }
+}
