@@ -183,7 +183,7 @@ pub fn markdown(entries: &[Entry]) -> String {
             last = Some(entry.what);
             parts.push(format!("## {}", entry.what.heading()));
         }
-        parts.push(format!("### {}\n\n```hatp\n{}\n```", entry.name, entry.signature));
+        parts.push(format!("### {}\n\n```text\n{}\n```", entry.name, entry.signature));
         parts.extend(entry.doc.clone());
     }
     let text = parts.join("\n\n");
@@ -228,7 +228,7 @@ mod tests {
         assert_eq!(called("isOn", &all).len(), 1);
         assert_eq!(
             markdown(&called("Go", &all)),
-            "## Actions\n\n### Go\n\n```hatp\naction Go(Agent A, set Cup Cs)\n```\n\nMoves.\n"
+            "## Actions\n\n### Go\n\n```text\naction Go(Agent A, set Cup Cs)\n```\n\nMoves.\n"
         );
     }
 

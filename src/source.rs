@@ -75,16 +75,37 @@ impl Sources {
     }
 }
 
-/// Returns line and column of a byte position, both from 1; columns count characters.
-pub fn line_column(text: &str, at: usize) -> (usize, usize) {
-    let mut at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
+/// Where the lines of a text begin: finds many places in one pass over it.
+#[derive(Debug, Clone)]
+pub struct Lines {
+    starts: Vec<usize>,
+}
+
+impl Lines {
+    /// Returns the lines of `text`.
+    pub fn new(text: &str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+        Lines {
+            starts: std::iter::once(0).chain(ends.map(|(i, _)| i + 1)).collect(),
+        }
     }
-    let before = &text[..at];
-    let start = before.rfind('\n').map_or(0, |i| i + 1);
-    let line = before.matches('\n').count() + 1;
-    (line, before[start..].trim_start_matches('\u{FEFF}').chars().count() + 1)
+
+    /// Returns the line of a byte position, from 0.
+    pub fn line(&self, at: usize) -> usize {
+        self.starts.partition_point(|start| *start <= at).saturating_sub(1)
+    }
+
+    /// Returns line and column of a byte position of the same text, both from 1; columns count characters.
+    pub fn line_column(&self, text: &str, at: usize) -> (usize, usize) {
+        let mut at = at.min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        let line = self.line(at);
+        let start = self.starts.get(line).copied().unwrap_or(0);
+        let before = text.get(start..at).unwrap_or_default();
+        (line + 1, before.trim_start_matches('\u{FEFF}').chars().count() + 1)
+    }
 }
 
 /// Returns the doc comment of the item that starts at byte `start`: the run of `///` lines directly before its line,

@@ -7,10 +7,10 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
-#[path = "cli/symbolic.rs"]
-mod symbolic;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/symbolic.rs"]
+mod symbolic;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -213,7 +213,7 @@ fn without_a_plan_the_code_tells_how_far_the_search_came() {
 fn wrong_usage_is_told_from_wrong_input() {
     let lab = Lab::new();
     for arguments in [
-        vec!["plan", "cup.hatp"],
+        vec!["plan"],
         vec!["plna", "cup.hatp", "cup.toml"],
         plan(&["--branching", "0"]),
         plan(&["--timeout", "-1"]),

@@ -36,8 +36,14 @@ use sgap::diag::{Problems, Severity, render};
 use sgap::source::Sources;
 use sgap::syntax;
 
-/// Warnings that speak of a whole domain, which an example is not.
-const OF_WHOLE_DOMAINS: [&str; 3] = ["hatp::unreached-task", "hatp::never-read", "hatp::never-set"];
+/// Warnings that speak of a whole domain or method, which an example is not, or that are off by default.
+const OF_WHOLE_DOMAINS: [&str; 5] = [
+    "hatp::unreached-task",
+    "hatp::unused-parameter",
+    "hatp::never-read",
+    "hatp::never-set",
+    "hatp::select-follows",
+];
 
 /// Parameters that an example may use without declaring them.
 const PARAMETERS: &str = "Agent A, Agent B, Object O, Cup C, Place P, Table T, set Object Os, number x";

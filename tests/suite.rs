@@ -191,7 +191,7 @@ fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>, Levels) 
             }
             "warn" => levels.of.extend(
                 warnings_called(rest)
-                    .unwrap()
+                    .expect("a warning")
                     .into_iter()
                     .map(|code| (code, Level::Warn)),
             ),

@@ -330,7 +330,8 @@ fn codes() -> BTreeMap<String, String> {
             let Some((room, name)) = text.split_once("::") else {
                 continue;
             };
-            let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+            let is_name =
+                !name.is_empty() && !name.ends_with('-') && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
             if ["hatp", "world", "urdf", "plan", "output"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }

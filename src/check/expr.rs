@@ -110,18 +110,14 @@ impl Walk<'_> {
 
     /// Returns an expression that must be of kind `wanted`.
     pub(super) fn expect(&mut self, expr: &ast::Expr, wanted: Kind) -> Expr {
-        let (value, kind) = self.single(expr);
-        if !kind.fits(wanted, &self.names.domain) {
-            let words = self.words(wanted);
-            let problem = self.mismatch(expr.span, &words, kind);
-            let unquoted = match &expr.kind {
-                ExprKind::String(s) if self.names.entities.contains_key(s) => {
-                    Some(format!("write `{s}` without quotes"))
-                }
-                _ => None,
-            };
-            self.problems.push(problem.maybe_help(unquoted));
+        // Each member is compared with what is wanted, not with the members before it.
+        if let (ExprKind::List(elements), Kind::Set(Some(of))) = (&expr.kind, wanted) {
+            let of = Kind::of(of, false);
+            return Expr::List(elements.iter().map(|e| self.expect(e, of)).collect());
         }
+        let (value, kind) = self.single(expr);
+        let misfit = self.misfit(expr, kind, wanted);
+        self.problems.0.extend(misfit);
         value
     }
 
@@ -210,6 +206,7 @@ impl Walk<'_> {
     fn list(&mut self, elements: &[ast::Expr]) -> (Expr, Kind) {
         let mut of: Option<Base> = None;
         let mut out = Vec::new();
+        let n_before = self.problems.0.len();
         for element in elements {
             let (value, kind) = self.single(element);
             out.push(value);
@@ -241,7 +238,9 @@ impl Walk<'_> {
                 }
             };
         }
-        (Expr::List(out), Kind::Set(of))
+        let is_whole = self.problems.0.len() == n_before;
+        let kind = if is_whole { Kind::Set(of) } else { Kind::Unknown };
+        (Expr::List(out), kind)
     }
 
     /// Returns the nearest type that both are.
@@ -368,11 +367,26 @@ impl Walk<'_> {
             self.problems.push(problem);
             return Vec::new();
         }
-        call.args
-            .iter()
-            .zip(params)
-            .map(|(arg, (_, kind))| self.expect(arg, *kind))
-            .collect()
+        let signature = self.signature(&call.name.text, params);
+        let mut args = Vec::new();
+        for (arg, (_, kind)) in call.args.iter().zip(params) {
+            let n_before = self.problems.0.len();
+            args.push(self.expect(arg, *kind));
+            let own = self.problems.0.split_off(n_before.min(self.problems.0.len()));
+            // What is wrong inside of the argument is not about the call.
+            let is_misfit = |p: &Problem| {
+                let is_list = matches!(arg.kind, ExprKind::List(_));
+                let inside = p.primary.as_ref().is_some_and(|l| l.span == arg.span || is_list);
+                p.code == "hatp::wrong-type" && inside && p.message.starts_with("expected")
+            };
+            self.problems
+                .0
+                .extend(own.into_iter().map(|problem| match is_misfit(&problem) {
+                    true => Self::declared_in(problem, declared, &signature),
+                    false => problem,
+                }));
+        }
+        args
     }
 
     fn call(&mut self, call: &ast::Call) -> (Value, Kind) {

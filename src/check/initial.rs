@@ -38,7 +38,7 @@ impl Walk<'_> {
             self.single(&assignment.value);
             return;
         };
-        let value = self.new_value(assignment, kind);
+        let value = self.new_value(assignment, attribute, kind);
         if self.problems.0.len() > n_before {
             return;
         }

@@ -32,9 +32,9 @@ pub(super) fn method(
     };
     let mut goal = None;
     for (tests, span) in &method.goals {
-        if goal.is_some() {
-            walk.problems
-                .push(problems::repeated_block("goal", &method.name.text, *span));
+        if let Some((_, first)) = method.goals.first().filter(|_| goal.is_some()) {
+            let problem = problems::repeated_block("goal", &method.name.text, *span, *first);
+            walk.problems.push(problem);
         }
         goal = Some(walk.tests(tests));
     }
@@ -215,14 +215,13 @@ impl Walk<'_> {
             after.push(before);
         }
         for circle in super::order::sort(&after).circles {
-            let label = |i: &usize| {
-                let label = steps.get(*i).and_then(|s| s.label.as_ref());
-                label.map_or_else(|| "?".into(), |l| l.text.clone())
+            let of = |i: &usize| {
+                let step = steps.get(*i)?;
+                let label = step.label.as_ref().map_or("?", |l| l.text.as_str());
+                Some((label.to_owned(), step.span))
             };
-            let names: Vec<String> = circle.iter().chain(circle.first()).map(label).collect();
-            if let Some(first) = circle.first().and_then(|i| steps.get(*i)) {
-                self.problems.push(problems::order_cycle(&names, first.span));
-            }
+            let circle: Vec<(String, Span)> = circle.iter().filter_map(of).collect();
+            self.problems.0.extend(problems::order_cycle(&circle));
         }
         // When a subtask was faulty the positions do not match, and nothing of this is used.
         if subtasks.len() == after.len() {
@@ -241,7 +240,8 @@ pub(super) fn constant(expr: &Expr, span: Span, problems: &mut Problems) -> Opti
     };
     if value.is_none() {
         let help = "write a number, a string, `true`, `false`, `NULL`, an entity or a list";
-        problems.push(problems::not_constant(span, "a constant is needed here", help));
+        let message = "expected a constant, found something that can change";
+        problems.push(problems::not_constant(span, message, help));
     }
     value
 }

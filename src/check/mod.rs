@@ -19,6 +19,7 @@ mod methods;
 mod names;
 mod order;
 mod problems;
+mod remedy;
 mod settings;
 mod tasks;
 mod test;

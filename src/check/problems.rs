@@ -8,7 +8,7 @@ use crate::syntax::ast::Name;
 use super::PRELUDE;
 
 /// Adds a place, unless it is in the prelude, which is no file of the user's.
-fn noted(problem: Problem, span: Option<Span>, text: &str) -> Problem {
+pub(super) fn noted(problem: Problem, span: Option<Span>, text: &str) -> Problem {
     match span {
         Some(span) if span.file != PRELUDE => problem.note(span, text),
         _ => problem,
@@ -77,7 +77,7 @@ pub(super) fn unknown_function(name: &Name, near: Option<&str>, definition: &str
     let problem = Problem::error("hatp::unknown-function", message, name.span, "not defined");
     problem.help(match near {
         Some(near) => format!("did you mean `{near}`? or define it: `{definition}`"),
-        None => format!("define it in the domain: `{definition}`"),
+        None => format!("define it in the domain, or in `NAME.functions.hatp` beside it: `{definition}`"),
     })
 }
 
@@ -92,9 +92,10 @@ pub(super) fn duplicate(what: &str, name: &str, span: Span, first: Option<Span>)
     noted(problem, first, "first declared here").help("give one of them another name, or remove it")
 }
 
-pub(super) fn repeated_block(what: &str, of: &str, span: Span) -> Problem {
+pub(super) fn repeated_block(what: &str, of: &str, span: Span, first: Span) -> Problem {
     let message = format!("`{what}` comes twice in `{of}`");
-    Problem::error("hatp::duplicate-name", message, span, "a second one").help("join the two blocks")
+    let problem = Problem::error("hatp::duplicate-name", message, span, "a second one");
+    problem.note(first, "the first one").help("join the two blocks")
 }
 
 pub(super) fn wrong_type(span: Span, wanted: &str, found: &str) -> Problem {
@@ -125,9 +126,24 @@ pub(super) fn unbound(name: &Name, bound: Span) -> Problem {
         .help("move the line that gives it a value up")
 }
 
-pub(super) fn order_cycle(labels: &[String], span: Span) -> Problem {
+/// `circle` holds the labels of subtasks that wait for one another, each with its place: the first for the second and so on,
+/// the last for the first.
+pub(super) fn order_cycle(circle: &[(String, Span)]) -> Option<Problem> {
+    let (first, place) = circle.first()?;
+    let labels: Vec<&str> = circle.iter().chain(circle.first()).map(|(l, _)| l.as_str()).collect();
     let message = format!("the order of the subtasks goes round: {}", labels.join(" after "));
-    Problem::error("hatp::order-cycle", message, span, "can never start").help("remove one of the order marks")
+    let waits = |i: usize| {
+        let next = circle.get(i + 1).map_or(first, |(label, _)| label);
+        match circle.len() {
+            1 => "waits for itself".to_owned(),
+            _ => format!("waits for `{next}`"),
+        }
+    };
+    let mut problem = Problem::error("hatp::order-cycle", message, *place, waits(0));
+    for (i, (_, span)) in circle.iter().enumerate().skip(1) {
+        problem = problem.note(*span, waits(i));
+    }
+    Some(problem.help("remove one of the order marks"))
 }
 
 pub(super) fn negative_cost(value: f64, span: Span) -> Problem {

@@ -73,14 +73,14 @@ pub(super) fn action(
         duration: (Expr::Const(ir::Value::Number(0.0)), Expr::Const(ir::Value::Number(0.0))),
         agents,
     };
-    let mut seen: Vec<&str> = Vec::new();
+    let mut seen: Vec<(&str, Span)> = Vec::new();
     for clause in &action.clauses {
         let (word, span) = clause_word(clause);
-        if seen.contains(&word) {
+        if let Some((_, first)) = seen.iter().find(|(seen, _)| *seen == word) {
             walk.problems
-                .push(problems::repeated_block(word, &action.name.text, span));
+                .push(problems::repeated_block(word, &action.name.text, span, *first));
         }
-        seen.push(word);
+        seen.push((word, span));
         match clause {
             Clause::Preconditions(tests, _) => out.preconditions = walk.tests(tests),
             Clause::Projects(call, _) => out.projects = walk.projection(call),
@@ -95,14 +95,14 @@ pub(super) fn action(
         Clause::Constraints(_, span) => Some(*span),
         _ => None,
     });
-    if let Some(span) = constraints.filter(|_| !seen.contains(&"projects")) {
+    if let Some(span) = constraints.filter(|_| !seen.iter().any(|(w, _)| *w == "projects")) {
         walk.problems.push(problems::not_projected(&action.name, span));
     }
     if out.projects.is_some() {
-        if !seen.contains(&"cost") {
+        if !seen.iter().any(|(w, _)| *w == "cost") {
             out.cost = Expr::GeometricCost;
         }
-        if !seen.contains(&"duration") {
+        if !seen.iter().any(|(w, _)| *w == "duration") {
             out.duration = (Expr::GeometricDuration, Expr::GeometricDuration);
         }
     }
@@ -253,7 +253,7 @@ impl Walk<'_> {
             let problem = problems::static_assigned(owner, name, span.unwrap_or(name.span));
             self.problems.push(problem);
         }
-        let value = self.new_value(assignment, kind);
+        let value = self.new_value(assignment, attribute, kind);
         Some(match assignment.op {
             AssignOp::Set => Effect::Assign {
                 entity,
@@ -273,32 +273,37 @@ impl Walk<'_> {
         })
     }
 
-    /// Returns what is assigned to, added to or removed from an attribute of kind `kind`.
-    pub(super) fn new_value(&mut self, assignment: &ast::Assignment, kind: Kind) -> Expr {
-        let (value, found) = self.single(&assignment.value);
-        let span = assignment.value.span;
+    /// Returns what is assigned to, added to or removed from the attribute, which is of kind `kind`.
+    pub(super) fn new_value(&mut self, assignment: &ast::Assignment, attribute: ir::AttributeId, kind: Kind) -> Expr {
+        let declared = self.names.attribute_spans.get(attribute.index()).copied();
         let wanted = match (assignment.op, kind) {
             (AssignOp::Set, _) => kind,
             (_, Kind::Set(of)) => Kind::element(of),
             (_, other) => {
+                let (value, _) = self.single(&assignment.value);
                 let mark = if assignment.op == AssignOp::Add { "<<=" } else { "=>>" };
                 let message = format!("`{mark}` changes a set, and this attribute holds {}", self.words(other));
                 let problem = Problem::error("hatp::wrong-type", message, assignment.op_span, "for sets only");
+                let problem = problems::noted(problem, declared, "declared here");
                 self.problems.push(problem.help("write `=` to set the value"));
                 return value;
             }
         };
+        if matches!((&assignment.value.kind, wanted), (ast::ExprKind::List(_), Kind::Set(_))) {
+            return self.expect(&assignment.value, wanted);
+        }
+        let (value, found) = self.single(&assignment.value);
         let may_be_null = assignment.op == AssignOp::Set && !matches!(kind, Kind::Set(_));
-        if !(found.fits(wanted, &self.names.domain) || may_be_null && found == Kind::Null) {
-            let words = self.words(wanted);
-            let problem = self.mismatch(span, &words, found);
-            self.problems.push(match (kind, found, assignment.op) {
+        let misfit = self.misfit(&assignment.value, found, wanted);
+        if let Some(problem) = misfit.filter(|_| !(may_be_null && found == Kind::Null)) {
+            let problem = match (kind, found, assignment.op) {
                 (Kind::Set(of), found, AssignOp::Set) if found.fits(Kind::element(of), &self.names.domain) => {
                     problem.help("write `<<=` to add it to the set")
                 }
                 (Kind::Set(_), Kind::Null, AssignOp::Set) => problem.help("an empty set is written `[]`"),
                 _ => problem,
-            });
+            };
+            self.problems.push(problems::noted(problem, declared, "declared here"));
         }
         value
     }

@@ -4,10 +4,12 @@
 //! `// sgap: allow-file(unused-variable)` at the top of a file in all of it. In a `.toml` file the comment begins with `#`.
 //! Errors can't be silenced. A comment inside `/* */` counts, too: nothing here knows the language.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::pages::{self, PAGES, Page};
 use super::suggest::did_you_mean;
 use super::{Problem, Problems, Severity};
-use crate::source::{FileId, Sources, Span};
+use crate::source::{FileId, Lines, Sources, Span};
 
 /// What becomes of a warning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +66,7 @@ impl Levels {
     /// Comments that ask for what is not there are warnings of their own. Sorted.
     pub fn apply(&self, problems: Problems, sources: &Sources) -> Problems {
         let mut out = Problems::default();
-        let files: Vec<(FileId, Allowed)> = sources
+        let files: BTreeMap<FileId, Allowed> = sources
             .ids()
             .map(|file| (file, allowed(file, sources, &mut out)))
             .collect();
@@ -72,17 +74,17 @@ impl Levels {
         let is_allowed = |problem: &Problem| {
             let place = problem.primary.as_ref().map(|l| l.span);
             place.is_some_and(|span| {
-                let text = &sources.get(span.file).text;
-                let line = line_of(text, span.start as usize);
-                let of = files.iter().find(|(file, _)| *file == span.file);
-                of.is_some_and(|(_, allowed)| allowed.has(problem.code, line))
+                files
+                    .get(&span.file)
+                    .is_some_and(|allowed| allowed.has(problem.code, span))
             })
         };
+        let mut levels: BTreeMap<&str, Level> = BTreeMap::new();
         out.0.retain_mut(|problem| {
             if problem.severity == Severity::Error {
                 return true;
             }
-            let level = self.level(problem.code);
+            let level = *levels.entry(problem.code).or_insert_with(|| self.level(problem.code));
             if level == Level::Deny {
                 problem.severity = Severity::Error;
             }
@@ -93,31 +95,33 @@ impl Levels {
 }
 
 /// What a file's comments allow.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Allowed {
     everywhere: Vec<String>,
     /// Lines from 0, and codes.
-    at: Vec<(usize, String)>,
+    at: BTreeSet<(usize, String)>,
+    lines: Lines,
 }
 
 impl Allowed {
-    fn has(&self, code: &str, line: usize) -> bool {
-        let here = self.at.iter().any(|(at, of)| *at == line && of == code);
-        here || self.everywhere.iter().any(|of| of == code)
+    fn has(&self, code: &str, span: Span) -> bool {
+        let here = || {
+            self.at
+                .contains(&(self.lines.line(span.start as usize), code.to_owned()))
+        };
+        self.everywhere.iter().any(|of| of == code) || !self.at.is_empty() && here()
     }
-}
-
-/// Returns the line of a byte, from 0.
-fn line_of(text: &str, at: usize) -> usize {
-    let before = text.as_bytes().get(..at.min(text.len())).unwrap_or_default();
-    before.iter().filter(|b| **b == b'\n').count()
 }
 
 /// Reads the comments of a file.
 fn allowed(file: FileId, sources: &Sources, problems: &mut Problems) -> Allowed {
     let source = sources.get(file);
     let mark = if source.path.ends_with(".toml") { "#" } else { "//" };
-    let mut out = Allowed::default();
+    let mut out = Allowed {
+        everywhere: Vec::new(),
+        at: BTreeSet::new(),
+        lines: Lines::new(&source.text),
+    };
     // Codes of comments that stand alone, waiting for the line that they are about.
     let mut waiting: Vec<String> = Vec::new();
     let (mut start, mut is_top) = (0, true);

@@ -119,7 +119,13 @@ impl Problems {
         self.0.iter().any(|p| p.severity == Severity::Error)
     }
 
-    /// Returns them sorted by file and place, without exact repeats.
+    /// Returns the places of the problems with that code.
+    fn of_code(&self, code: &'static str) -> impl Iterator<Item = Span> + '_ {
+        let of_code = self.0.iter().filter(move |p| p.code == code);
+        of_code.filter_map(|p| p.primary.as_ref()).map(|l| l.span)
+    }
+
+    /// Returns them sorted by file and place, without exact repeats and without what follows from a misspelling.
     pub fn sorted(mut self) -> Self {
         self.0.sort_by(|a, b| {
             let key = |p: &Problem| p.primary.as_ref().map(|l| l.span);
@@ -129,6 +135,13 @@ impl Problems {
                 .then(a.message.cmp(&b.message))
         });
         self.0.dedup();
+        // What is misspelt has a type of its own, and that it does not fit follows.
+        let spelling: Vec<Span> = self.of_code("hatp::null-spelling").collect();
+        let follows = |p: &Problem| {
+            let place = p.primary.as_ref().map(|l| l.span);
+            p.code == "hatp::wrong-type" && place.is_some_and(|span| spelling.contains(&span))
+        };
+        self.0.retain(|p| !follows(p));
         self
     }
 }

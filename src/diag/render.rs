@@ -6,13 +6,14 @@
 mod excerpt;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, ThemeCharacters, ThemeStyles};
 
 use excerpt::{CONTEXT, Excerpt};
 
 use super::{Label, Problem, Problems, Severity};
-use crate::source::{FileId, Sources, Span, line_column};
+use crate::source::{FileId, Lines, Sources, Span};
 
 /// Width of a report [columns].
 const WIDTH: usize = 100;
@@ -48,7 +49,7 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
             .render_report(&mut report, &Report::new(problem, sources))
             .is_err()
         {
-            report = concise(problem, sources);
+            report = concise(problem, sources, &mut BTreeMap::new());
         }
         for line in report.trim_end().lines() {
             out.push_str(line.trim_end());
@@ -65,14 +66,16 @@ pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
 
 /// Returns `file:line:column: severity[code]: message (help)` for each problem; columns count characters from 1.
 pub fn render_concise(problems: &Problems, sources: &Sources) -> String {
-    problems.0.iter().map(|p| concise(p, sources)).collect()
+    let mut lines = BTreeMap::new();
+    problems.0.iter().map(|p| concise(p, sources, &mut lines)).collect()
 }
 
-fn concise(problem: &Problem, sources: &Sources) -> String {
+fn concise(problem: &Problem, sources: &Sources, lines: &mut BTreeMap<FileId, Lines>) -> String {
     let place = match &problem.primary {
         Some(label) => {
             let file = sources.get(label.span.file);
-            let (line, column) = line_column(&file.text, label.span.start as usize);
+            let lines = lines.entry(label.span.file).or_insert_with(|| Lines::new(&file.text));
+            let (line, column) = lines.line_column(&file.text, label.span.start as usize);
             format!("{}:{line}:{column}: ", file.path)
         }
         None => String::new(),

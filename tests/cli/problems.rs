@@ -126,14 +126,14 @@ fn built_ins_and_domains_are_documented() {
     let said = lab.ends(0, &["doc", "GetGRPCost"]);
     assert_eq!(
         said.out,
-        "## Functions\n\n### GetGRPCost\n\n```hatp\nfunction number GetGRPCost()\n```\n\n\
+        "## Functions\n\n### GetGRPCost\n\n```text\nfunction number GetGRPCost()\n```\n\n\
          The cost that geometry computed for this action; 0 where nothing is projected.\n"
     );
     lab.write("doc.hatp", "/// Falls down,\n/// and stays there.\naction Fall(Agent A) { }\nmethod FallOver(Agent A) { { subtasks { 1: Fall(A); } } }\n");
     assert_eq!(
         lab.ends(0, &["doc", "doc.hatp"]).out,
-        "# doc.hatp\n\n## Actions\n\n### Fall\n\n```hatp\naction Fall(Agent A)\n```\n\nFalls down,\nand stays there.\n\n\
-         ## Methods\n\n### FallOver\n\n```hatp\nmethod FallOver(Agent A)\n```\n"
+        "# doc.hatp\n\n## Actions\n\n### Fall\n\n```text\naction Fall(Agent A)\n```\n\nFalls down,\nand stays there.\n\n\
+         ## Methods\n\n### FallOver\n\n```text\nmethod FallOver(Agent A)\n```\n"
     );
     assert!(
         lab.ends(0, &["doc", "doc.hatp", "Fall"])

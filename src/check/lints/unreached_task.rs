@@ -4,6 +4,8 @@
 //! Told is what none of these reaches: an action that no method calls, methods that only call each other. A domain whose methods call
 //! nothing starts at its actions. Tasks of imported files are for others, too, and are not told.
 
+use std::collections::BTreeSet;
+
 use super::Linted;
 use crate::diag::{Problem, Problems};
 use crate::ir::{Domain, MethodId, TaskId};
@@ -15,11 +17,9 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
     if ids.clone().all(|id| calls(domain, id).next().is_none()) {
         return;
     }
-    let is_called = |id: &MethodId| {
-        let mut others = (0..domain.methods.len()).map(|i| MethodId(i as u32));
-        others.any(|other| other != *id && calls(domain, other).any(|task| task == TaskId::Method(*id)))
-    };
-    let mut roots: Vec<TaskId> = ids.filter(|id| !is_called(id)).map(TaskId::Method).collect();
+    let of_others = |id: MethodId| calls(domain, id).filter(move |task| *task != TaskId::Method(id));
+    let called: BTreeSet<TaskId> = ids.clone().flat_map(of_others).collect();
+    let mut roots: Vec<TaskId> = ids.map(TaskId::Method).filter(|task| !called.contains(task)).collect();
     roots.extend(linted.task.and_then(|name| domain.task(name)));
     if roots.is_empty() {
         // Every method is called by another: the domain does not say where it starts.
@@ -38,9 +38,9 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
 }
 
 /// Returns the tasks that are among `roots` or below them.
-pub(super) fn reach(domain: &Domain, roots: Vec<TaskId>) -> std::collections::BTreeSet<TaskId> {
+pub(super) fn reach(domain: &Domain, roots: Vec<TaskId>) -> BTreeSet<TaskId> {
     let mut open = roots;
-    let mut reached = std::collections::BTreeSet::new();
+    let mut reached = BTreeSet::new();
     while let Some(task) = open.pop() {
         if reached.insert(task)
             && let TaskId::Method(method) = task

@@ -2,6 +2,8 @@
 //!
 //! Parameters of actions stand in the plan and those of functions may be asked for by a caller; only a method's are told.
 
+use std::collections::BTreeSet;
+
 use super::Linted;
 use super::walk::{names_of_effects, names_of_step, names_of_tests, quantified_in_tests};
 use crate::diag::{Problem, Problems};
@@ -30,25 +32,34 @@ fn of_method(method: &ast::Method, problems: &mut Problems) {
     for (tests, _) in &method.goals {
         in_tests(tests, problems);
     }
+    let mut said: BTreeSet<String> = BTreeSet::new();
+    for (tests, _) in &method.goals {
+        names_of_tests(tests, &mut |name| _ = said.insert(name.text.clone()));
+    }
     for decomposition in &method.decompositions {
         in_tests(&decomposition.preconditions, problems);
-        for (i, step) in decomposition.steps.iter().enumerate() {
-            let (name, help) = match step {
+        names_of_tests(&decomposition.preconditions, &mut |name| {
+            _ = said.insert(name.text.clone())
+        });
+        // What the lines below speak of, from the last one up: a filter that only speaks of its own variable makes no use of it.
+        let mut below: BTreeSet<&str> = BTreeSet::new();
+        for step in decomposition.steps.iter().rev() {
+            let bound = match step {
                 Step::Select(select) => {
                     in_tests(&select.filter, problems);
                     let help = "each entity that passes gives the same plan again; to ask whether one exists \
                                 write `EXIST` in the preconditions";
-                    (&select.name, help)
+                    Some((&select.name, help))
                 }
-                Step::Let(binding) => (&binding.name, "remove the line"),
-                Step::Subtask(_) => continue,
+                Step::Let(binding) => Some((&binding.name, "remove the line")),
+                Step::Subtask(_) => None,
             };
-            // A filter that only speaks of its own variable makes no use of it.
-            let others = decomposition.steps.iter().skip(i + 1);
-            if !says(name, |f| others.for_each(|step| names_of_step(step, f))) {
+            if let Some((name, help)) = bound.filter(|(name, _)| !below.contains(name.text.as_str())) {
                 problems.push(variable(name, help));
             }
+            names_of_step(step, &mut |name| _ = below.insert(&name.text));
         }
+        said.extend(below.into_iter().map(str::to_owned));
     }
     // A method that says nothing yet is not finished.
     let is_empty = |d: &ast::Decomposition| d.preconditions.is_empty() && d.steps.is_empty();
@@ -56,15 +67,8 @@ fn of_method(method: &ast::Method, problems: &mut Problems) {
         return;
     }
     for param in &method.params {
-        let is_used = says(&param.name, |f| {
-            method.goals.iter().for_each(|(tests, _)| names_of_tests(tests, f));
-            for decomposition in &method.decompositions {
-                names_of_tests(&decomposition.preconditions, f);
-                decomposition.steps.iter().for_each(|step| names_of_step(step, f));
-            }
-        });
-        if !is_used && !param.name.text.starts_with('_') {
-            let name = &param.name;
+        let name = &param.name;
+        if !said.contains(&name.text) && !name.text.starts_with('_') {
             let message = format!(
                 "parameter `{}` of method `{}` is never used",
                 name.text, method.name.text
@@ -77,7 +81,7 @@ fn of_method(method: &ast::Method, problems: &mut Problems) {
 }
 
 /// Says whether the walk meets the name.
-fn says(name: &Name, walk: impl FnOnce(&mut dyn FnMut(&Name))) -> bool {
+fn says<'a>(name: &Name, walk: impl FnOnce(&mut dyn FnMut(&'a Name))) -> bool {
     let mut is_said = false;
     walk(&mut |n| is_said |= n.text == name.text);
     is_said
@@ -90,7 +94,8 @@ fn in_tests(tests: &[Test], problems: &mut Problems) {
             names_of_tests(body, f);
         });
         // `EXIST(Agent B, {})` asks whether there is one.
-        if !is_said && !(guard.is_empty() && body.is_empty()) {
+        let is_bare = guard.is_empty() && body.is_empty();
+        if !is_said && !is_bare {
             problems.push(variable(
                 var,
                 "what is tested is the same for each entity; test it without `FORALL` or `EXIST`",

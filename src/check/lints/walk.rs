@@ -3,7 +3,7 @@
 use crate::syntax::ast::{Effect, Expr, ExprKind, Name, Select, Step, Test, TestKind};
 
 /// Calls `f` with the first name of every path in the expression.
-pub(super) fn names_of_expr(expr: &Expr, f: &mut dyn FnMut(&Name)) {
+pub(super) fn names_of_expr<'a>(expr: &'a Expr, f: &mut dyn FnMut(&'a Name)) {
     match &expr.kind {
         ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null => {}
         ExprKind::Path(path) => f(&path.root),
@@ -18,7 +18,7 @@ pub(super) fn names_of_expr(expr: &Expr, f: &mut dyn FnMut(&Name)) {
 }
 
 /// Calls `f` with the first name of every path in the tests.
-pub(super) fn names_of_tests(tests: &[Test], f: &mut dyn FnMut(&Name)) {
+pub(super) fn names_of_tests<'a>(tests: &'a [Test], f: &mut dyn FnMut(&'a Name)) {
     for test in tests {
         match &test.kind {
             TestKind::Or(blocks) => blocks.iter().for_each(|b| names_of_tests(b, f)),
@@ -37,7 +37,7 @@ pub(super) fn names_of_tests(tests: &[Test], f: &mut dyn FnMut(&Name)) {
 }
 
 /// Calls `f` with the first name of every path in the effects.
-pub(super) fn names_of_effects(effects: &[Effect], f: &mut dyn FnMut(&Name)) {
+pub(super) fn names_of_effects<'a>(effects: &'a [Effect], f: &mut dyn FnMut(&'a Name)) {
     for effect in effects {
         match effect {
             Effect::Assign(assignment) => {
@@ -60,7 +60,7 @@ pub(super) fn names_of_effects(effects: &[Effect], f: &mut dyn FnMut(&Name)) {
 }
 
 /// Calls `f` with the first name of every path in the line.
-pub(super) fn names_of_step(step: &Step, f: &mut dyn FnMut(&Name)) {
+pub(super) fn names_of_step<'a>(step: &'a Step, f: &mut dyn FnMut(&'a Name)) {
     match step {
         Step::Select(Select { filter, key, .. }) => {
             names_of_tests(filter, f);
