@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use divan::Bencher;
-use sgap::engine::{self, Aim, Budget, Call, Cuts, Formula, Reasoner};
+use sgap::engine::{self, Aim, Budget, Call, Cuts, Formula, Reasoner, Request};
 use sgap::grp::{self, Grp};
 use sgap::ir::Value;
 use sgap::load::{Input, load};
@@ -139,4 +139,37 @@ fn place_reachable(bencher: Bencher<'_, '_>, object: &str) {
             },
         )
     });
+}
+
+/// A request about the start state, answered for the first time: names of a world, the request and its arguments.
+#[divan::bench(args = [
+    "virtual_place_a virtualPlace VOLUME TABLE",
+    "virtual_place_a virtualPlace VOLUME ASIDE",
+    "three_objects canReach PR2 RED_CUBE",
+    "three_objects canReach BOB RED_CUBE",
+    "three_objects canSee BOB RED_CUBE",
+    "three_objects distance PR2 BOB",
+    "three_objects enoughRoom PR2 BOB RED_CUBE",
+    "three_objects enoughRoom BOB PR2 RED_CUBE",
+    "three_objects pathExists PR2 RED_CUBE",
+    "three_objects pathExists BOB RED_CUBE",
+    "three_objects pathExists PR2 BOB",
+], sample_count = 100, sample_size = 1)]
+fn request(bencher: Bencher<'_, '_>, words: &str) {
+    let words: Vec<&str> = words.split(' ').collect();
+    let [world, name, args @ ..] = words.as_slice() else {
+        panic!("a world, a request, its arguments");
+    };
+    let domain = if *world == "virtual_place_a" {
+        "virtual_place"
+    } else {
+        world
+    };
+    let (domain, world) = (format!("domains/{domain}.hatp"), format!("worlds/{world}.toml"));
+    let (input, problems) = load(&domain, &world, None, &mut Sources::default(), &Disk);
+    let input = input.unwrap_or_else(|| panic!("{problems:?}"));
+    let args = names(&input, args);
+    bencher
+        .with_inputs(|| reasoner(&input, 0))
+        .bench_local_values(|mut grp| grp.request(&input.domain, &Request { name, args: &args }));
 }

@@ -63,6 +63,43 @@ fn the_same_plan_gets_the_same_verdict() {
     assert_eq!(check(&plan), check(&plan));
 }
 
+/// What the plan needs and the world gives is confirmed; what is too near to call is taken either way.
+#[test]
+fn a_right_plan_with_requests_is_accepted() {
+    use sgap::ir::{Test, Var};
+    let plan = plan::plan(&plan::Recipe::right());
+    let mut domain = domain::domain();
+    let holds = |domain: &mut sgap::ir::Domain, name: &str, args: &[Var]| {
+        Test::Holds(surroundings::request(domain, name, args))
+    };
+    let (agent, object, table, other) = (Var(0), Var(1), Var(2), Var(3));
+    let pick = [
+        holds(&mut domain, "canReach", &[agent, object]),
+        holds(&mut domain, "pathExists", &[agent, object]),
+    ];
+    domain.actions[0].preconditions = Test::And(pick.to_vec());
+    let place = [
+        holds(&mut domain, "isOn", &[object, table]),
+        holds(&mut domain, "isReachable", &[object, other]),
+        holds(&mut domain, "virtualPlace", &[object, table]),
+        holds(&mut domain, "isNextTo", &[object, table]),
+        Test::Not(Box::new(holds(&mut domain, "isIn", &[object, table]))),
+        Test::Not(Box::new(holds(&mut domain, "isBigger", &[object, table]))),
+        // It stands on the table: whether 0 is less than 0 and a millionth is up to rounding.
+        surroundings::nearer(&mut domain, object, table, 1e-7),
+        Test::Not(Box::new(surroundings::nearer(&mut domain, object, table, 1e-7))),
+    ];
+    domain.actions[1].constraints = Test::And(place.to_vec());
+    replay(
+        &plan,
+        &domain,
+        &domain::goal(),
+        &world::world(),
+        &sgap::validate::Settings::STANDARD,
+    )
+    .unwrap_or_else(|fault| panic!("{fault}"));
+}
+
 /// Each damaged plan is refused with its own code, at its place, with the names in the sentence.
 fn refused(damages: Vec<damage::Damage>) {
     let mut wrong = Vec::new();

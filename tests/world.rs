@@ -190,6 +190,20 @@ fn outline(world: &World) -> String {
             "  grasps: {}\n",
             list(object.grasps.iter().map(|g| g.name.as_str()).collect())
         );
+        for container in &object.containers {
+            let (at, half) = (pose(&container.X_OC), container.half);
+            out += &format!("  container {} at {at}, half {half:?}\n", container.name);
+        }
+    }
+    for thing in &world.scene.virtuals {
+        let parts: Vec<_> = thing.parts.iter().map(|p| &p.shape).collect();
+        let stable: Vec<&str> = thing.stable.iter().map(|s| s.name.as_str()).collect();
+        out += &format!(
+            "virtual {} {:?} {parts:?}\n  stands: {}\n",
+            thing.id,
+            thing.ty,
+            stable.join(", ")
+        );
     }
     let shared: Vec<_> = world.shared.iter().map(|(a, f, _)| (a, f)).collect();
     let values: Vec<_> = world
@@ -210,6 +224,7 @@ fn pose(X: &Pose) -> String {
 
 #[test]
 fn the_shipped_worlds_load() {
+    assert_eq!(world("worlds/virtual_place_a.toml").scene.virtuals.len(), 1);
     for path in ["worlds/three_objects.toml", "worlds/ramification.toml"] {
         let world = world(path);
         assert_eq!(world.scene.agents.len(), 2);

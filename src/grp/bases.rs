@@ -30,7 +30,7 @@ const MAX_NODES: u32 = 20_000;
 const MAX_STANDS: usize = 4_000;
 /// HEURISTIC: arms seldom reach farther than the first share of the sum of their links, and mostly as far as the second: a stand is
 /// asked for within the one, and the search goes for the other.
-const REACHES: f64 = 0.7;
+const REACHES: f64 = 0.6;
 const COMFORTABLE: f64 = 0.4;
 /// Stands are tried once for each eighth of the directions around the entity and each of these distances [m].
 const BAND: f64 = 0.15;

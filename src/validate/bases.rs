@@ -166,7 +166,7 @@ impl<'a> Bases<'a> {
     }
 
     /// Returns how far the base's axis is from the entity [m].
-    fn from_axis(&self, X_WB: &Pose, entity: &[Placed<'_>]) -> f64 {
+    fn distance_to_axis(&self, X_WB: &Pose, entity: &[Placed<'_>]) -> f64 {
         let axis = Solid::new(&Shape::Capsule {
             radius: 0.0,
             half_length: 1.0,
@@ -192,7 +192,7 @@ pub(super) fn room(
     let landmark = bases.bodies_of(near);
     // Whether it suits with that slack; a negative one asks for room to spare.
     let suits = |X_WB: &Pose, slack: f64| {
-        bases.from_axis(X_WB, &landmark) <= NEAR + slack
+        bases.distance_to_axis(X_WB, &landmark) <= NEAR + slack
             && (bases.has(entity) || bases.spare_length(X_WB, entity) >= -slack)
             && if slack >= 0.0 {
                 bases.is_free(X_WB, slack.max(TOUCH))
@@ -215,7 +215,7 @@ pub(super) fn room(
     for (i, j) in (-n..=n).flat_map(|i| (-n..=n).map(move |j| (i, j))) {
         let (x, y) = place(i, j);
         let ahead = bases.at(x, y, facing(x, y));
-        if bases.from_axis(&ahead, &landmark) > NEAR + SLACK {
+        if bases.distance_to_axis(&ahead, &landmark) > NEAR + SLACK {
             continue;
         }
         may = may

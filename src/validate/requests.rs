@@ -18,6 +18,9 @@ use crate::world::{EntityRef, State};
 /// How far two computations of a distance may differ [m].
 pub(super) const ROUNDING: f64 = 1e-6;
 
+/// Name and arguments.
+type Question = (String, Vec<EntityRef>);
+
 /// An answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Answer {
@@ -32,7 +35,7 @@ pub(super) struct Asked<'a> {
     bodies: &'a Bodies<'a>,
     state: State,
     settings: &'a Settings,
-    known: RefCell<BTreeMap<(String, Vec<EntityRef>), Option<Answer>>>,
+    known: RefCell<BTreeMap<Question, Option<Answer>>>,
 }
 
 impl<'a> Asked<'a> {

@@ -2,13 +2,32 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use sgap::geom::{Vec3, shape::Shape};
-use sgap::ir::{AttributeId, CompareOp, Domain, Effect, EntityId, Expr, Test, Value, Var};
+use sgap::ir::{AttributeId, Base, CompareOp, Domain, Effect, EntityId, Expr, Request, RequestId, Test, Value, Var};
 use sgap::plan::*;
 use sgap::world::{Held, Object, Part, Support, World};
 
 use super::damage::{Damage, damage, geometry, right, sub_action};
 use super::plan::{PAINT_BLUE, PICK, PLACE, Recipe, arm, reckon};
 use super::world::{HALF, RED, at};
+
+/// A question about arguments of an action.
+pub fn request(domain: &mut Domain, name: &str, args: &[Var]) -> Expr {
+    let args = args.iter().map(|v| Expr::Var(*v)).collect();
+    let result = if name == "distance" { Base::Number } else { Base::Bool };
+    let name = name.to_owned();
+    domain.requests.push(Request { name, result });
+    let request = RequestId(domain.requests.len() as u32 - 1);
+    Expr::Request { request, args }
+}
+
+/// `distance(a, b) < than`.
+pub fn nearer(domain: &mut Domain, a: Var, b: Var, than: f64) -> Test {
+    Test::Compare {
+        op: CompareOp::Less,
+        left: request(domain, "distance", &[a, b]),
+        right: Expr::Const(Value::Number(than)),
+    }
+}
 
 /// `GANTRY.hasInHand op NULL`.
 fn gantry_hand(op: CompareOp) -> Test {
@@ -60,10 +79,45 @@ pub fn surroundings() -> Vec<Damage> {
             "a fact that nobody checks",
             "fact-unchecked",
             none,
-            &["RED.isOn", "isIn"],
+            &["RED.isOn", "isUnder"],
             plain(),
         )
-        .domain(|d| d.attributes[1].fact = Some("isIn".into())),
+        .domain(|d| d.attributes[1].fact = Some("isUnder".into())),
+        damage(
+            "a constraint that the world afterwards breaks",
+            "constraint",
+            (Some(PLACE), None),
+            &["distance(RED, HUMAN) < 0", "it is 0."],
+            plain(),
+        )
+        .domain(|d| d.actions[PLACES].constraints = nearer(d, Var(1), Var(3), 0.0)),
+        damage(
+            "a constraint about a relation that is not there",
+            "constraint",
+            (Some(PLACE), None),
+            &["isIn(RED, TABLE)"],
+            plain(),
+        )
+        .domain(|d| d.actions[PLACES].constraints = Test::Holds(request(d, "isIn", &[Var(1), Var(2)]))),
+        damage(
+            "a request that is answered with no",
+            "precondition",
+            (Some(PICK), None),
+            &["virtualPlace(RED, RED)"],
+            plain(),
+        )
+        .domain(|d| d.actions[PICKS].preconditions = Test::Holds(request(d, "virtualPlace", &[Var(1), Var(1)]))),
+        damage(
+            "room that is denied and plainly there",
+            "precondition",
+            (Some(PLACE), None),
+            &["not `virtualPlace(RED, TABLE)`"],
+            plain(),
+        )
+        .domain(|d| {
+            let fits = Test::Holds(request(d, "virtualPlace", &[Var(1), Var(2)]));
+            d.actions[PLACES].preconditions = Test::Not(Box::new(fits));
+        }),
         damage(
             "a decomposition that does not apply",
             "decomposition-precondition",
