@@ -11,11 +11,13 @@
 
 pub mod check;
 pub mod diag;
+pub mod doc;
 pub mod engine;
 pub mod geom;
 pub mod grp;
 pub mod ir;
 pub mod load;
+pub mod lsp;
 pub mod plan;
 pub mod report;
 pub mod source;

@@ -2,7 +2,7 @@
 
 mod domain;
 
-use domain::DomainFiles;
+pub use domain::{DomainFiles, read as domain_files};
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
@@ -67,7 +67,8 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
         problems.0.extend(sure(&read));
         return (None, problems);
     };
-    let (domain, mut check_problems) = check::compile(&read.asts, &given(&world));
+    let named = paths.task.or(world.task.as_ref().map(|(text, _)| text.as_str()));
+    let (domain, mut check_problems) = check::compile(&read.asts, &given(&world, named));
     if paths.world.is_none() {
         // Then nothing overrules the domain's own values.
         check_problems.0.retain(|p| p.code != "hatp::overruled");
@@ -123,7 +124,9 @@ pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files)
         problems.0.extend(sure(&read));
         return (None, problems);
     }
-    let (domain, found) = check::compile(&read.asts, &Given::default());
+    let (domain, mut found) = check::compile(&read.asts, &Given::default());
+    // Without a world the domain's own values may be planned with.
+    found.0.retain(|p| p.code != "hatp::overruled");
     problems.extend(found);
     (domain.filter(|_| !problems.has_errors()), problems)
 }
@@ -143,12 +146,14 @@ fn sure(read: &DomainFiles) -> Vec<Problem> {
     sure
 }
 
-/// Returns what the world declares, in the checker's terms.
-fn given(world: &World) -> Given {
+/// Returns what the world declares, in the checker's terms; `task` is the text of the task to plan.
+fn given(world: &World, task: Option<&str>) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
+    let virtuals = world.scene.virtuals.iter().map(|v| (&v.id, &v.ty, false));
     let entities = agents
         .chain(objects)
+        .chain(virtuals)
         .zip(&world.spans)
         .map(|((name, ty, is_agent), span)| GivenEntity {
             name: name.clone(),
@@ -177,6 +182,7 @@ fn given(world: &World) -> Given {
         entities,
         shared: world.shared.clone(),
         values,
+        task: task.and_then(|t| t.split('(').next()).map(|t| t.trim().to_owned()),
     }
 }
 

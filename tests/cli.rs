@@ -7,6 +7,8 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/problems.rs"]
+mod problems;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -112,6 +114,25 @@ fn a_plan_is_text_json_and_page_the_same_each_time() {
     }
     let [a, b] = ["a.html", "b.html"].map(|page| std::fs::read_to_string(lab.path(page)).unwrap());
     assert!(a == b && a.starts_with("<!doctype html>"), "{:.60}", a);
+}
+
+#[test]
+fn a_page_shows_a_world_alone_or_a_plan_from_a_file() {
+    let lab = Lab::new();
+    lab.ends(0, &plan(&["--json", "-o", "plan.json"]));
+    let page = |arguments: &[&str]| {
+        lab.ends(0, &[&["view", "-o", "p.html"], arguments].concat());
+        std::fs::read_to_string(lab.path("p.html")).unwrap()
+    };
+    assert!(page(&["cup.toml"]).contains("id=\"plan-data\">null<"));
+    let planned = page(&["cup.hatp", "cup.toml", "--no-open"]);
+    let read = page(&["cup.toml", "plan.json"]);
+    let data = |page: &str| page.split_once("id=\"plan-data\">").unwrap().1.to_owned();
+    assert_eq!(data(&planned), data(&read));
+    lab.ends(2, &["view", "plan.json"])
+        .says(&["its world must be named, too"]);
+    lab.ends(1, &["view", "cup.toml", "cup.json"])
+        .says(&["plan::unreadable", "can't read the plan `cup.json`"]);
 }
 
 #[test]

@@ -274,6 +274,7 @@ fn wall(world: &mut World, height: f64) -> usize {
         supports: Vec::new(),
         stable: Vec::new(),
         grasps: Vec::new(),
+        containers: Vec::new(),
         mass: 1.0,
         color: [0.5; 4],
     });

@@ -8,6 +8,8 @@
 mod alternatives;
 #[path = "grp/case.rs"]
 mod case;
+#[path = "grp/constraints.rs"]
+mod constraints;
 #[path = "grp/facts.rs"]
 mod facts;
 #[path = "grp/history.rs"]
@@ -16,3 +18,7 @@ mod history;
 mod motions;
 #[path = "grp/refusals.rs"]
 mod refusals;
+#[path = "grp/relations.rs"]
+mod relations;
+#[path = "grp/requests.rs"]
+mod requests;

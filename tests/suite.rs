@@ -9,7 +9,8 @@
 //!
 //! A `check` case may begin with lines that stand for a world file:
 //! `//# entity CUP Object`, `//# agent PR2 [TYPE]`, `//# shared Object.isOn isOn`, `//# value CUP.weight 0.3`
-//! (words apart from the first two are an array after `[`), and `//# goal Pick(PR2, CUP)`.
+//! (words apart from the first two are an array after `[`), and `//# goal Pick(PR2, CUP)`; `//# warn never-read` asks for a
+//! warning that is off by default.
 
 mod planning;
 
@@ -18,8 +19,10 @@ use std::path::Path;
 
 use planning::Case;
 use sgap::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
+use sgap::diag::levels::{Level, Levels, warnings_called};
 use sgap::diag::{Problems, render};
 use sgap::engine::Ending;
+use sgap::load::{Paths, check_domain};
 use sgap::report::text;
 use sgap::source::{FileId, Sources, Span};
 use sgap::{ir, syntax};
@@ -90,14 +93,14 @@ fn parse_bad(path: &Path) -> Outcome {
 
 fn check_ok(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
-    let (domain, problems) = compile(file, &text);
+    let (domain, problems) = compile(file, &text, &sources);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
     snapshot(path, &ir::dump(&domain.ok_or("no problem, so a domain")?))
 }
 
 fn check_bad(path: &Path) -> Outcome {
     let (sources, file, text) = read(path)?;
-    let (_, problems) = compile(file, &text);
+    let (_, problems) = compile(file, &text, &sources);
     assert!(!problems.0.is_empty(), "no problem found");
     snapshot(path, &show(&problems, &sources))
 }
@@ -131,13 +134,13 @@ fn load_bad(path: &Path) -> Outcome {
 }
 
 /// Compiles the case with the world that its first lines describe.
-fn compile(file: FileId, text: &str) -> (Option<ir::Domain>, Problems) {
+fn compile(file: FileId, text: &str, sources: &Sources) -> (Option<ir::Domain>, Problems) {
     let (ast, mut problems) = syntax::parse(file, text);
     assert!(
         !problems.0.iter().any(|p| p.code == "hatp::syntax"),
         "a check case parses: {problems:?}"
     );
-    let (given, goal) = header(file, text);
+    let (given, goal, levels) = header(file, text);
     let (domain, faults) = check::compile(&[ast], &given);
     problems.extend(faults);
     if let (Some(domain), Some((goal, at))) = (&domain, goal) {
@@ -145,12 +148,13 @@ fn compile(file: FileId, text: &str) -> (Option<ir::Domain>, Problems) {
         assert_eq!(goal.is_none(), faults.has_errors());
         problems.extend(faults);
     }
-    (domain, problems.sorted())
+    (domain, levels.apply(problems, sources))
 }
 
-/// Returns the world of the `//#` lines, and the goal with its place.
-fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>) {
+/// Returns the world of the `//#` lines, the goal with its place, and which warnings are asked for.
+fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>, Levels) {
     let mut given = Given::default();
+    let mut levels = Levels::default();
     let mut goal = None;
     let mut at = 0;
     for line in text.split_inclusive('\n') {
@@ -181,11 +185,20 @@ fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>) {
                     span,
                 });
             }
-            "goal" => goal = Some((rest.to_owned(), begin)),
+            "goal" => {
+                given.task = rest.split('(').next().map(str::to_owned);
+                goal = Some((rest.to_owned(), begin));
+            }
+            "warn" => levels.of.extend(
+                warnings_called(rest)
+                    .unwrap()
+                    .into_iter()
+                    .map(|code| (code, Level::Warn)),
+            ),
             other => panic!("unknown header `{other}`"),
         }
     }
-    (given, goal)
+    (given, goal, levels)
 }
 
 fn literal(word: &str) -> GivenLiteral {
@@ -244,12 +257,24 @@ fn page(path: &Path) -> Outcome {
     let name = path.file_stem().and_then(|n| n.to_str()).ok_or("a page has a name")?;
     let code = name.replacen('-', "::", 1);
     assert!(text.starts_with(&format!("# {code}\n")), "the title is the code");
+    // A warning that is off is asked for by its page.
+    let asked = warnings_called(&code).unwrap_or_default();
+    let levels = Levels {
+        of: asked.into_iter().map(|code| (code, Level::Warn)).collect(),
+        deny_all: false,
+    };
     let problems_of = |example: &str| {
         let mut sources = Sources::default();
         let all = format!("{example}\n{CONTEXT}");
         let file = sources.add("example.hatp", all.clone());
         let (ast, mut problems) = syntax::parse(file, &all);
         problems.extend(check::compile(&[ast], &Given::default()).1);
+        let mut problems = levels.apply(problems, &sources);
+        // What the example leaves unused of its context is not its fault.
+        let is_of_example = |span: Span| span.range().start < example.len();
+        problems
+            .0
+            .retain(|p| p.primary.as_ref().is_none_or(|l| is_of_example(l.span)));
         (show(&problems, &sources), problems)
     };
     let mut n_right = 0;
@@ -273,11 +298,20 @@ fn page(path: &Path) -> Outcome {
 
 /// The domains that come with the program are formatted, and compile, without a world as far as they name no entity of one.
 fn domains(path: &Path) -> Outcome {
-    let (sources, file, text) = read(path)?;
-    let (ast, mut problems) = syntax::parse(file, &text);
+    let (mut sources, file, text) = read(path)?;
+    let (_, mut problems) = syntax::parse(file, &text);
     if path.file_name().is_some_and(|n| n != "prelude.hatp") {
-        problems.extend(check::compile(&[ast], &Given::default()).1);
+        // With the files that belong to it.
+        let paths = Paths {
+            domain: path.to_str().ok_or("a path is text")?,
+            with: &[],
+            world: None,
+            task: None,
+        };
+        sources = Sources::default();
+        problems = check_domain(&paths, &mut sources, &planning::Disk).1;
     }
+    let problems = Levels::default().apply(problems, &sources);
     assert!(problems.0.is_empty(), "{}", show(&problems, &sources));
     assert_eq!(syntax::format(file, &text).expect("no errors"), text, "run `sgap fmt`");
     Ok(())

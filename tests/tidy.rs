@@ -19,6 +19,7 @@ const EDGES: &[(&str, &[Edge])] = &[
     ("syntax", &[("source", ALL), ("diag", ALL)]),
     ("ir", &[]),
     ("check", &[("source", ALL), ("diag", ALL), ("syntax", ALL), ("ir", ALL)]),
+    ("doc", &[("source", ALL), ("syntax", ALL), ("check", &["PRELUDE_TEXT"])]),
     ("geom", &[]),
     (
         "lsp",
@@ -28,6 +29,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("syntax", ALL),
             ("check", ALL),
             ("ir", ALL),
+            ("load", &["domain_files"]),
         ],
     ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
@@ -103,6 +105,8 @@ const CRATES: &[(&str, &str)] = &[
     ("clap", "src/cli/"),
     ("ctrlc", "src/cli/"),
     ("tempfile", "src/cli/"),
+    ("lsp_server", "src/lsp/"),
+    ("lsp_types", "src/lsp/"),
 ];
 
 /// No file of `src` has more lines.
@@ -355,6 +359,9 @@ fn every_code_has_its_page_and_every_page_its_code() {
     let known: BTreeSet<String> = codes.keys().map(|code| page(code)).collect();
     for path in files("docs/errors") {
         let path = path.to_str().unwrap().replace('\\', "/");
+        if path.ends_with("/README.md") {
+            continue;
+        }
         assert!(known.contains(&path), "{path}: no source has this code");
     }
 }
@@ -377,4 +384,106 @@ fn no_file_names_a_folder_of_a_machine() {
             assert!(!text.contains(word), "{} names `{word}`", path.display());
         }
     }
+}
+
+/// Says whether a word is built of two capitalized words or more, as Rust's types are.
+fn is_camel(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_uppercase())
+        && word.chars().filter(char::is_ascii_uppercase).count() > 1
+        && word.chars().any(|c| c.is_ascii_lowercase())
+}
+
+/// The types that the sources declare, as far as no user could have a name like theirs: `ExprKind`, not `Task`.
+fn types() -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = [
+        "HashMap", "BTreeMap", "PathBuf", "Vec", "usize", "isize", "f64", "u32", "i64", "u64",
+    ]
+    .map(str::to_owned)
+    .into();
+    for source in sources() {
+        for keyword in ["struct", "enum", "trait"] {
+            let names = after_word(&source.code, keyword).map(|rest| word(rest.trim_start()));
+            found.extend(names.filter(|name| is_camel(name)).map(str::to_owned));
+        }
+    }
+    found
+}
+
+/// The grammar's names of rules that are no words of the language: `kw_goal`, `compat_null`.
+fn rules() -> BTreeSet<String> {
+    let grammar = std::fs::read_to_string("grammar/hatp.pest").unwrap();
+    let names = grammar
+        .lines()
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(name, _)| name);
+    let of_rule = |name: &&str| name.contains('_') && !name.contains(' ');
+    names.filter(of_rule).map(str::to_owned).collect()
+}
+
+/// A message as a report shows it: its headline, and its help line, each without its line ends.
+fn messages(report: &str) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = Vec::new();
+    let mut in_head = false;
+    let mut in_help = false;
+    for line in report.lines() {
+        let head = line.strip_prefix("  × ").or_else(|| line.strip_prefix("  ⚠ "));
+        if let Some(head) = head {
+            found.push((head.into(), String::new()));
+            (in_head, in_help) = (true, false);
+        } else if let (true, Some(more), Some(last)) = (in_head, line.strip_prefix("  │ "), found.last_mut()) {
+            last.0 = format!("{} {}", last.0, more.trim());
+        } else if let (Some(help), Some(last)) = (line.strip_prefix("  help: "), found.last_mut()) {
+            last.1 = help.into();
+            (in_head, in_help) = (false, true);
+        } else if let (true, true, Some(last)) = (in_help, line.starts_with("        "), found.last_mut()) {
+            last.1 = format!("{} {}", last.1, line.trim());
+        } else {
+            (in_head, in_help) = (false, false);
+        }
+    }
+    found
+}
+
+/// Every message that a case shows is worded for its reader: lower case, no final period, and nothing of our own insides.
+#[test]
+fn messages_are_worded_for_users() {
+    let (types, rules) = (types(), rules());
+    assert!(
+        types.contains("ExprKind") && rules.iter().any(|r| r.starts_with("kw_")),
+        "{types:?} {rules:?}"
+    );
+    let mut n = 0;
+    for path in files("tests/suite") {
+        if path.extension().is_none_or(|e| e != "snap") || !path.components().any(|c| c.as_os_str() == "bad") {
+            continue;
+        }
+        let shown = path.display();
+        for (head, help) in messages(&std::fs::read_to_string(&path).unwrap()) {
+            n += 1;
+            let first = head.chars().next();
+            // A headline may begin with a name of the user's or with a word of the language as it is.
+            let begins =
+                first.is_some_and(|c| !c.is_uppercase()) || head.starts_with("SELECT") || head.starts_with("URDF");
+            assert!(begins, "{shown}: begins with a capital: {head}");
+            for text in [&head, &help] {
+                assert!(
+                    !text.ends_with('.') || text.ends_with("..."),
+                    "{shown}: ends with a period: {text}"
+                );
+                let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+                let ours: Vec<&str> = words.filter(|w| types.contains(*w) || rules.contains(*w)).collect();
+                assert!(ours.is_empty(), "{shown}: {ours:?} is no word of the user's: {text}");
+                assert_eq!(text.matches('`').count() % 2, 0, "{shown}: a backtick is open: {text}");
+            }
+            // It stands alone: what is wrong with what, not a pointer to the lines below.
+            for pointer in ["here", "this line", "below", "above:"] {
+                let ends = head.ends_with(&format!(" {pointer}"));
+                assert!(
+                    !ends || head.contains('`') || head.len() > 20,
+                    "{shown}: says nothing alone: {head}"
+                );
+            }
+        }
+    }
+    assert!(n > 100, "{n} messages");
 }

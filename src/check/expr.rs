@@ -16,7 +16,6 @@ pub(super) struct Bound {
     pub name: Name,
     pub var: Var,
     pub kind: Kind,
-    pub is_used: bool,
 }
 
 /// The variables of a task, and where new ones go in its frame.
@@ -43,7 +42,6 @@ impl Scope {
                 name: param.name.clone(),
                 var: Var(i as u32),
                 kind: *kind,
-                is_used: false,
             });
         let n = params.len() as u32;
         Scope {
@@ -95,7 +93,6 @@ impl Walk<'_> {
             name: name.clone(),
             var,
             kind: ty.map_or(Kind::Unknown, Kind::Entity),
-            is_used: false,
         });
         let out = inside(self);
         self.scope.bound.pop();
@@ -261,8 +258,7 @@ impl Walk<'_> {
 
     /// Returns the value of a variable or an entity.
     fn root(&mut self, name: &Name) -> (Expr, Kind) {
-        if let Some(bound) = self.scope.bound.iter_mut().rev().find(|b| b.name.text == name.text) {
-            bound.is_used = true;
+        if let Some(bound) = self.scope.bound.iter().rev().find(|b| b.name.text == name.text) {
             return (Expr::Var(bound.var), bound.kind);
         }
         if let Some(later) = self.scope.later.iter().find(|l| l.text == name.text) {

@@ -104,7 +104,6 @@ fn names_of(domain: &Domain) -> Names {
             names.tasks.insert(name.clone(), (task, signature));
         }
     }
-    names.set_strings(&domain.strings);
-    names.domain = domain.clone();
+    names.set_domain(domain);
     names
 }

@@ -62,11 +62,10 @@ impl Walk<'_> {
         self.scope.n_vars = self.scope.n_vars.max(self.scope.next_quantified);
 
         let preconditions = self.tests(&decomposition.preconditions);
-        let (mut binders, mut subtasks, mut selected) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut binders, mut subtasks) = (Vec::new(), Vec::new());
         for step in &decomposition.steps {
             match step {
                 Step::Select(select) => {
-                    selected.push(self.scope.bound.len());
                     binders.extend(self.select(select, Var(next_var)));
                     next_var += 1;
                 }
@@ -85,11 +84,6 @@ impl Walk<'_> {
                     next_var += 1;
                 }
                 Step::Subtask(subtask) => subtasks.extend(self.subtask(subtask)),
-            }
-        }
-        for (i, bound) in self.scope.bound.iter().enumerate().skip(n_params) {
-            if !bound.is_used {
-                self.problems.push(problems::unused(&bound.name, selected.contains(&i)));
             }
         }
         self.scope.bound.truncate(n_params);
@@ -113,7 +107,6 @@ impl Walk<'_> {
             name: name.clone(),
             var,
             kind,
-            is_used: false,
         });
     }
 
@@ -125,10 +118,6 @@ impl Walk<'_> {
             .key
             .as_ref()
             .map(|(key, descending)| (self.number(key), *descending));
-        // A filter that only speaks of its own variable makes no use of it.
-        if let Some(bound) = self.scope.bound.last_mut() {
-            bound.is_used = false;
-        }
         let order = match (select.kind, key) {
             (SelectKind::Select, None) => SelectOrder::Declared,
             (SelectKind::Once, None) => SelectOrder::Once,

@@ -7,12 +7,14 @@
 //! Thesis 4.3.2 and 4.3.3. An action without `cost` costs what geometry says if it projects, else 1; one without
 //! `duration` lasts as long as its motions, else no time.
 
+mod attributes;
 mod expr;
 mod facts;
 mod functions;
 mod goal;
 mod initial;
 mod kinds;
+mod lints;
 mod methods;
 mod names;
 mod order;
@@ -43,6 +45,8 @@ pub struct Given {
     pub shared: Vec<(String, String, Span)>,
     /// Initial values; they replace the domain's.
     pub values: Vec<GivenValue>,
+    /// Name of the task to plan, if one is named; whether there is such a task is not checked here.
+    pub task: Option<String>,
 }
 
 /// An agent or object of the world.
@@ -75,7 +79,7 @@ pub enum GivenLiteral {
     Text(String),
 }
 
-/// Checks the files together, with the world's declarations, and compiles them.
+/// Checks the files together, with the world's declarations, and compiles them. The last file is the one that the user named.
 ///
 /// `None` if and only if there are errors. Problems are sorted by place.
 pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Problems) {
@@ -108,6 +112,13 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
             }
             _ => {}
         }
+    }
+    if !problems.has_errors() {
+        let mut linted = lints::Linted::new(&items, &names.domain, &names.attribute_spans);
+        linted.has_world = !given.entities.is_empty() || given.task.is_some();
+        linted.task = given.task.as_deref();
+        linted.main = files.last().map(|file| file.span.file);
+        problems.extend(lints::run(&linted));
     }
     let problems = problems.sorted();
     let domain = (!problems.has_errors()).then_some(names.domain);

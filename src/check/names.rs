@@ -11,9 +11,6 @@ use crate::ir::{self, Base, Domain, EntityId, FactId, RequestId, StringId, TypeI
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Param};
 
-/// Attributes times entities: the table has a place for each pair. HEURISTIC: 80 MB; real domains stay below 10 000.
-const MAX_SLOTS: usize = 10_000_000;
-
 /// Supertypes above one another; each entity is listed in all of them.
 const MAX_SUPERTYPES: usize = 32;
 
@@ -47,6 +44,8 @@ pub(super) struct Names {
     pub entities: IndexMap<String, (EntityId, Option<Span>)>,
     /// Places of `domain.attributes`.
     pub attribute_spans: Vec<Span>,
+    /// Own attributes by type and name: looked up for every step of every path.
+    pub own_attributes: Vec<IndexMap<String, ir::AttributeId>>,
     pub facts: IndexMap<String, Question>,
     pub requests: IndexMap<String, Question>,
     pub geometrics: IndexMap<String, Signature>,
@@ -363,201 +362,6 @@ impl Names {
         self.facts.insert(name.text.clone(), question);
     }
 
-    fn collect_attributes(&mut self, items: &[&Item], problems: &mut Problems) {
-        for item in items {
-            let Item::Attributes(block) = item else { continue };
-            let Some(owner) = self.type_named(&block.owner, problems) else {
-                continue;
-            };
-            for attribute in &block.attributes {
-                self.add_attribute(owner, attribute, problems);
-            }
-        }
-        // A subtype must not declare again what it inherits; the supertype's block may come later in the file.
-        for (i, attribute) in self.domain.attributes.iter().enumerate() {
-            let parent = self.domain.types.get(attribute.owner.index()).and_then(|t| t.parent);
-            let inherited = parent.and_then(|p| self.attribute_of(p, &attribute.name));
-            if let (Some(first), Some(span)) = (inherited, self.attribute_spans.get(i)) {
-                let first = self.attribute_spans.get(first.index()).copied();
-                problems.push(problems::duplicate("attribute", &attribute.name, *span, first));
-            }
-        }
-        let n_entities = self.domain.entities.len();
-        if self.domain.attributes.len().saturating_mul(n_entities) > MAX_SLOTS {
-            if let Some(span) = self.attribute_spans.last() {
-                problems.push(problems::too_many_slots(
-                    self.domain.attributes.len(),
-                    n_entities,
-                    *span,
-                ));
-            }
-            return;
-        }
-        for attribute in &mut self.domain.attributes {
-            attribute.slots = vec![None; self.domain.entities.len()];
-        }
-        for (e, entity) in self.domain.entities.iter().enumerate() {
-            let mut at = Some(entity.ty);
-            let mut chain = Vec::new();
-            while let Some(t) = at {
-                chain.push(t);
-                at = self.domain.types.get(t.index()).and_then(|t| t.parent);
-            }
-            for (a, attribute) in self.domain.attributes.iter_mut().enumerate() {
-                if !chain.contains(&attribute.owner) {
-                    continue;
-                }
-                if let Some(slot) = attribute.slots.get_mut(e) {
-                    *slot = Some(ir::SlotId(self.domain.slots.len() as u32));
-                }
-                self.domain.slots.push(ir::Slot {
-                    entity: EntityId(e as u32),
-                    attribute: ir::AttributeId(a as u32),
-                });
-                self.domain.initial.push(match (attribute.is_set, attribute.base) {
-                    (false, _) => ir::Value::Null,
-                    (true, Base::Entity(_)) => ir::Value::Set(Default::default()),
-                    (true, Base::Number | Base::Bool | Base::String) => ir::Value::Scalars(Default::default()),
-                });
-            }
-        }
-    }
-
-    fn add_attribute(&mut self, owner: TypeId, attribute: &ast::Attribute, problems: &mut Problems) {
-        let name = &attribute.name;
-        let own = self
-            .domain
-            .attributes
-            .iter()
-            .position(|a| a.owner == owner && a.name == name.text);
-        if let Some(first) = own.and_then(|i| self.attribute_spans.get(i)) {
-            problems.push(problems::duplicate("attribute", &name.text, name.span, Some(*first)));
-            return;
-        }
-        let Some(base) = self.base_named(&attribute.base, problems) else {
-            return;
-        };
-        let declared = ir::Attribute {
-            name: name.text.clone(),
-            owner,
-            is_static: attribute.is_static,
-            is_set: attribute.is_set,
-            base,
-            fact: None,
-            slots: Vec::new(),
-        };
-        self.domain.attributes.push(declared);
-        self.attribute_spans.push(name.span);
-        if let Some(fact) = &attribute.fact {
-            let id = self.domain.attributes.len() - 1;
-            self.share(id, &fact.text, fact.span, problems);
-        }
-    }
-
-    /// Makes attribute `id` read from `fact`, if it fits.
-    fn share(&mut self, id: usize, fact: &str, span: Span, problems: &mut Problems) {
-        let Some(Question { signature, .. }) = self.facts.get(fact) else {
-            let candidates = self.facts.keys().map(String::as_str);
-            problems.push(problems::unknown("hatp::unknown-fact", "fact", fact, span, candidates));
-            return;
-        };
-        let Some(attribute) = self.domain.attributes.get(id) else {
-            return;
-        };
-        let name = &attribute.name;
-        if let Some(old) = attribute.fact.as_deref().filter(|old| *old != fact) {
-            let message = format!("`{name}` is read from fact `{old}` in the domain and from `{fact}` here");
-            problems.push(problems::wrong_fact(message, span, "remove one of the two"));
-            return;
-        }
-        if attribute.is_static {
-            let message = format!("static attribute `{name}` can't follow fact `{fact}`, which changes");
-            problems.push(problems::wrong_fact(message, span, "declare the attribute `dynamic`"));
-            return;
-        }
-        let (owner, holds) = (
-            Kind::Entity(attribute.owner),
-            Kind::of(attribute.base, attribute.is_set),
-        );
-        let params: Vec<String> = signature
-            .params
-            .iter()
-            .map(|(n, k)| format!("{} {n}", word_of(*k, &self.domain)))
-            .collect();
-        let shown = format!("{fact}({})", params.join(", "));
-        let kinds: Vec<Kind> = signature.params.iter().map(|p| p.1).collect();
-        // Each is what stands there, and what the fact wants there.
-        let (parts, help) = match kinds[..] {
-            [subject, object] => (
-                vec![
-                    ("of", owner, subject),
-                    ("holding", Kind::of(attribute.base, false), object),
-                ],
-                format!("the fact is `{shown}`: the attribute stands on the first and holds the second"),
-            ),
-            [subject] => (
-                vec![("of", owner, subject), ("holding", holds, Kind::Bool)],
-                format!("the fact is `{shown}`: the attribute stands on its parameter and holds a bool"),
-            ),
-            _ => {
-                let message = format!(
-                    "fact `{shown}` is about {} entities, and an attribute has room for one or two",
-                    kinds.len()
-                );
-                problems.push(problems::wrong_fact(message, span, "ask it in a test instead"));
-                return;
-            }
-        };
-        for (part, kind, wanted) in parts {
-            if !kind.fits(wanted, &self.domain) {
-                let (kind, wanted) = (kind.words(&self.domain), wanted.words(&self.domain));
-                let message = format!("fact `{fact}` needs {wanted}, and `{name}` is an attribute {part} {kind}");
-                problems.push(problems::wrong_fact(message, span, help));
-                return;
-            }
-        }
-        if let Some(attribute) = self.domain.attributes.get_mut(id) {
-            attribute.fact = Some(fact.to_owned());
-        }
-    }
-
-    /// Applies the world's `[facts]`.
-    pub(super) fn share_given(&mut self, given: &Given, problems: &mut Problems) {
-        for (target, fact, span) in &given.shared {
-            let (owner, attribute) = match target.split_once('.') {
-                Some((owner, attribute)) => {
-                    let owner = Name {
-                        text: owner.into(),
-                        span: *span,
-                    };
-                    match self.type_named(&owner, problems) {
-                        Some(owner) => (Some(owner), attribute),
-                        None => continue,
-                    }
-                }
-                None => (None, target.as_str()),
-            };
-            let attributes = self.domain.attributes.iter().enumerate();
-            let ids: Vec<usize> = attributes
-                .filter(|(_, a)| a.name == attribute && owner.is_none_or(|o| o == a.owner))
-                .map(|(i, _)| i)
-                .collect();
-            if ids.is_empty() {
-                let known = self
-                    .domain
-                    .attributes
-                    .iter()
-                    .filter(|a| owner.is_none_or(|o| o == a.owner));
-                let known = known.map(|a| a.name.as_str());
-                let code = "hatp::unknown-attribute";
-                problems.push(problems::unknown(code, "attribute", attribute, *span, known));
-            }
-            for id in ids {
-                self.share(id, fact, *span, problems);
-            }
-        }
-    }
-
     fn collect_tasks(&mut self, items: &[&Item], problems: &mut Problems) {
         let (mut n_actions, mut n_methods) = (0, 0);
         for item in items {
@@ -583,39 +387,17 @@ impl Names {
         }
     }
 
-    /// Returns the attribute of that name that entities of type `ty` have, own or inherited.
-    pub(super) fn attribute_of(&self, ty: TypeId, name: &str) -> Option<ir::AttributeId> {
-        let mut at = Some(ty);
-        while let Some(t) = at {
-            let own = self
-                .domain
-                .attributes
-                .iter()
-                .position(|a| a.owner == t && a.name == name);
-            if let Some(i) = own {
-                return Some(ir::AttributeId(i as u32));
+    /// Takes over a compiled domain.
+    pub(super) fn set_domain(&mut self, domain: &Domain) {
+        self.domain = domain.clone();
+        self.own_attributes = vec![IndexMap::new(); domain.types.len()];
+        for (i, attribute) in domain.attributes.iter().enumerate() {
+            if let Some(own) = self.own_attributes.get_mut(attribute.owner.index()) {
+                own.insert(attribute.name.clone(), ir::AttributeId(i as u32));
             }
-            at = self.domain.types.get(t.index()).and_then(|t| t.parent);
         }
-        None
-    }
-
-    /// Returns the attribute, or reports it with the nearest of those that `ty` has.
-    pub(super) fn attribute_named(&self, ty: TypeId, name: &Name, problems: &mut Problems) -> Option<ir::AttributeId> {
-        let found = self.attribute_of(ty, &name.text);
-        if found.is_none() {
-            let own = self.domain.attributes.iter().zip(&self.attribute_spans);
-            let own = own.filter(|(a, _)| self.domain.is_subtype(ty, a.owner));
-            let candidates = own.map(|(a, span)| (a.name.as_str(), *span));
-            let owner = self.domain.types.get(ty.index()).map_or("?", |t| t.name.as_str());
-            problems.push(problems::unknown_attribute(owner, &name.text, name.span, candidates));
-        }
-        found
-    }
-
-    /// Takes over the string constants of a compiled domain.
-    pub(super) fn set_strings(&mut self, strings: &[String]) {
-        self.strings = strings
+        self.strings = domain
+            .strings
             .iter()
             .enumerate()
             .map(|(i, s)| (s.clone(), StringId(i as u32)))
@@ -631,14 +413,5 @@ impl Names {
         self.domain.strings.push(text.into());
         self.strings.insert(text.into(), id);
         id
-    }
-}
-
-/// How the prelude writes the kind.
-fn word_of(kind: Kind, domain: &Domain) -> String {
-    if kind == Kind::Any {
-        "any".into()
-    } else {
-        kind.declared(domain)
     }
 }

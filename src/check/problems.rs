@@ -1,4 +1,4 @@
-//! Every message of this room, one constructor for each kind.
+//! Every error of this room, one constructor for each kind; warnings are worded in [`super::lints`], those of a walk here.
 
 use crate::diag::Problem;
 use crate::diag::suggest::{did_you_mean, nearest};
@@ -139,22 +139,6 @@ pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
 pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {
     let message = format!("the duration ({least}, {most}) is no (least, most) of seconds");
     Problem::error("hatp::bad-duration", message, span, "").help("write 0 or more first, and then at least as much")
-}
-
-pub(super) fn no_agent(name: &Name) -> Problem {
-    let message = format!("no parameter of action `{}` is an agent", name.text);
-    Problem::warning("hatp::no-agent", message, name.span, "nobody does it")
-        .help("make the first parameter the agent that acts: `Agent A`")
-}
-
-pub(super) fn unused(name: &Name, is_select: bool) -> Problem {
-    let message = format!("`{}` is never used", name.text);
-    let problem = Problem::warning("hatp::unused-variable", message, name.span, "bound here");
-    problem.help(if is_select {
-        "each entity that passes gives the same plan again; to ask whether one exists write `EXIST` in the preconditions"
-    } else {
-        "remove the line"
-    })
 }
 
 pub(super) fn not_supported(message: impl Into<String>, span: Span, help: impl Into<String>) -> Problem {

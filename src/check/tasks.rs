@@ -53,9 +53,6 @@ pub(super) fn action(
         .filter(|(_, (_, kind))| is_agent(kind))
         .map(|(i, _)| i)
         .collect();
-    if agents.is_empty() && !kinds.iter().any(|(_, kind)| *kind == Kind::Unknown) {
-        problems.push(problems::no_agent(&action.name));
-    }
     let mut walk = Walk {
         names,
         functions,

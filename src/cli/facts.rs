@@ -6,12 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
-use super::disk::Disk;
 use super::output::{Failure, print};
-use super::report;
+use super::{load_world, problems::ProblemOptions};
 use sgap::grp::{Grp, Settings};
-use sgap::source::Sources;
-use sgap::world;
 
 /// Which world.
 #[derive(Debug, Args)]
@@ -27,12 +24,12 @@ pub(super) struct Options {
     /// Print an array of JSON objects
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    problems: ProblemOptions,
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    let mut sources = Sources::default();
-    let (world, problems) = world::load(&options.world.to_string_lossy(), &mut sources, &Disk);
-    let world = report(problems, &sources, world)?;
+    let world = load_world(&options.world, &options.problems)?;
     let settings = Settings {
         placements: 0,
         ik_restarts: 0,

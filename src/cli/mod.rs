@@ -2,31 +2,41 @@
 
 mod check;
 mod disk;
+mod doc;
+mod explain;
 mod facts;
 mod fmt;
+mod lsp;
 mod output;
 mod plan;
+mod problems;
 mod progress;
 mod validate;
 mod view;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
 use disk::Disk;
 use output::{Failure, say};
+use problems::{ProblemOptions, To};
+use sgap::diag::levels::Levels;
 use sgap::diag::{Problem, Problems};
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
-use sgap::source::Sources;
+use sgap::plan::Plan;
+use sgap::report::json;
+use sgap::source::{Files, Sources};
 use sgap::world::World;
 
 /// Exit codes, documented in `docs/exit-codes.md`.
 pub(crate) mod code {
     /// The input has problems.
     pub(crate) const PROBLEMS: u8 = 1;
+    /// The arguments do not fit together; clap has the same code.
+    pub(crate) const WRONG_USAGE: u8 = 2;
     /// No plan exists: every choice was tried.
     pub(crate) const NO_PLAN: u8 = 10;
     /// No plan found, and choices were cut short (branching factor, placements, depth).
@@ -73,6 +83,19 @@ enum Command {
   sgap check domains/three_objects.hatp worlds/three_objects.toml
   sgap check dock.hatp --task 'Unload(CRANE, SHIP)'")]
     Check(check::Options),
+    /// Tell what a problem means, with a wrong example and a right one
+    #[command(after_help = "Examples:
+  sgap explain hatp::unknown-task
+  sgap explain unused-variable
+  sgap explain --list")]
+    Explain(explain::Options),
+    /// List what the language has built in, or what a domain declares, with its comments
+    #[command(after_help = "Examples:
+  sgap doc
+  sgap doc pick
+  sgap doc domains/three_objects.hatp
+  sgap doc domains/three_objects.hatp MoveObj")]
+    Doc(doc::Options),
     /// Write domain files in the one layout: comments, words and grouping stay
     #[command(after_help = "Examples:
   sgap fmt domains/three_objects.hatp
@@ -83,10 +106,16 @@ enum Command {
     #[command(after_help = "Example:
   sgap facts worlds/three_objects.toml")]
     Facts(facts::Options),
-    /// Write a page that shows the plan in 3D
-    #[command(after_help = "Example:
-  sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html")]
+    /// Write a page that shows a plan, or a world alone, in 3D
+    #[command(after_help = "Examples:
+  sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html
+  sgap view domains/clear_table.hatp --task 'ClearTable(TABLE)'
+  sgap view worlds/three_objects.toml
+  sgap view worlds/three_objects.toml plan.json")]
     View(view::Options),
+    /// Answer an editor over the Language Server Protocol, on the standard input and output
+    #[command(after_help = "An editor starts it: see docs/editors.md.")]
+    Lsp(lsp::Options),
 }
 
 /// A domain, and a world if geometry is to be asked.
@@ -102,12 +131,15 @@ struct Inputs {
     /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
+    #[command(flatten)]
+    problems: ProblemOptions,
 }
 
 impl Inputs {
-    /// Reads what is named with `read`; prints problems and warnings to the standard error.
+    /// Reads what is named with `read`; prints problems and warnings.
     fn read<T>(
         &self,
+        to: To,
         read: impl FnOnce(&Paths<'_>, &mut Sources, &Disk) -> (Option<T>, Problems),
     ) -> Result<T, Failure> {
         let mut sources = Sources::default();
@@ -122,19 +154,23 @@ impl Inputs {
             task: self.task.as_deref(),
         };
         let (value, problems) = read(&paths, &mut sources, &Disk);
-        report(problems, &sources, value)
+        self.problems.report(problems, &sources, value, to)
     }
 
     fn load(&self) -> Result<Input, Failure> {
-        self.read(|paths, sources, files| load_paths(paths, sources, files))
+        self.load_to(To::Error)
+    }
+
+    fn load_to(&self, to: To) -> Result<Input, Failure> {
+        self.read(to, |paths, sources, files| load_paths(paths, sources, files))
     }
 
     /// Checks what is named; a domain alone keeps its geometry.
     fn check(&self) -> Result<ir::Domain, Failure> {
         if self.world.is_none() && self.task.is_none() {
-            return self.read(|paths, sources, files| check_domain(paths, sources, files));
+            return self.read(To::Output, |paths, sources, files| check_domain(paths, sources, files));
         }
-        self.load().map(|input| input.domain)
+        self.load_to(To::Output).map(|input| input.domain)
     }
 
     /// Loads what is named with the task; that none is named is an error that says how to.
@@ -153,7 +189,8 @@ impl Inputs {
             };
             let message = format!("`{}` names no task", path.display());
             let problem = Problem::unplaced("world::no-task", message).help(help);
-            return report(Problems(vec![problem]), &Sources::default(), None);
+            let problems = Problems(vec![problem]);
+            return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
         if input.is_granted {
             say("note: without a world file the geometry of its actions is taken as granted\n");
@@ -167,6 +204,22 @@ impl Inputs {
     }
 }
 
+/// Loads a world alone.
+fn load_world(path: &Path, options: &ProblemOptions) -> Result<World, Failure> {
+    let mut sources = Sources::default();
+    let (world, problems) = sgap::world::load(&path.to_string_lossy(), &mut sources, &Disk);
+    options.report(problems, &sources, world, To::Error)
+}
+
+/// Reads a plan as `sgap plan --json` writes it.
+fn read_plan(path: &Path) -> Result<Plan, Failure> {
+    let path = path.to_string_lossy();
+    Disk.read(&path).and_then(|text| json::read(&text)).or_else(|why| {
+        let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
+        report(Problems(vec![problem]), &Sources::default(), None)
+    })
+}
+
 /// All that a search or a replay needs.
 struct Ready {
     domain: ir::Domain,
@@ -178,7 +231,7 @@ struct Ready {
 
 /// Prints the problems; ends with exit code 1 if there is no value.
 fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<T, Failure> {
-    let problems = problems.sorted();
+    let problems = Levels::default().apply(problems, sources);
     if !problems.0.is_empty() {
         say(&sgap::diag::render::render(
             &problems,
@@ -203,9 +256,12 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
         Command::Check(options) => check::run(options),
+        Command::Explain(options) => explain::run(options),
+        Command::Doc(options) => doc::run(options),
         Command::Fmt(options) => fmt::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Lsp(options) => lsp::run(options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

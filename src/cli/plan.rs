@@ -42,9 +42,10 @@ pub(super) struct SearchOptions {
     /// Find up to N plans, no two of the same sequence of actions
     #[arg(long, value_name = "N", conflicts_with = "best", value_parser = clap::value_parser!(u32).range(1..))]
     all: Option<u32>,
-    /// Let unordered subtasks mix step by step, instead of doing each as one block
-    #[arg(long)]
-    interleave: bool,
+    /// Let unordered subtasks mix step by step, instead of doing each as one block; `--interleave=false` wins over the
+    /// domain's settings
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true)]
+    interleave: Option<bool>,
     /// Try even what repeats itself or is known to fail; for comparison
     #[arg(long)]
     no_cuts: bool,
@@ -127,6 +128,9 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             });
         }
     }
+    let Ready {
+        domain, world, goal, ..
+    } = ready;
     let settings = engine::Settings {
         branching: options.branching,
         aim: match options.all {
@@ -134,7 +138,7 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             None if options.best => Aim::Best,
             None => Aim::First,
         },
-        interleave: options.interleave || ready.domain.settings.interleave,
+        interleave: options.interleave.unwrap_or(domain.settings.interleave),
         cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
         budget: Budget {
             expansions: options.max_expansions,
@@ -146,9 +150,6 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
         ik_restarts: IK_RESTARTS,
         motion_samples: MOTION_SAMPLES,
     };
-    let Ready {
-        domain, world, goal, ..
-    } = ready;
     let mut grp = match ready.has_world {
         true => Some(Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?),
         false => None,

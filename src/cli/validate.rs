@@ -4,12 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::disk::Disk;
 use super::output::{Failure, print, say};
-use super::{Inputs, Ready, code};
-use sgap::diag::{Problem, Problems};
-use sgap::report::json;
-use sgap::source::{Files, Sources};
+use super::{Inputs, Ready, code, read_plan};
 use sgap::validate;
 
 /// Which plan, against what.
@@ -27,11 +23,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let Ready {
         domain, world, goal, ..
     } = options.inputs.load_with_goal()?;
-    let path = options.plan.to_string_lossy();
-    let plan = Disk.read(&path).and_then(|text| json::read(&text)).or_else(|why| {
-        let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
-        super::report(Problems(vec![problem]), &Sources::default(), None)
-    })?;
+    let plan = read_plan(&options.plan)?;
     match validate::replay(&plan, &domain, &goal, &world, &validate::Settings::STANDARD) {
         Ok(verdict) => print(&format!("valid: {verdict}\n")),
         Err(fault) => {

@@ -128,7 +128,6 @@ fn allowed(file: FileId, sources: &Sources, problems: &mut Problems) -> Allowed 
         if !is_alone {
             out.at.extend(waiting.drain(..).map(|c| (number, c)));
         }
-        let at = start + code.len() + mark.len();
         if let Some(asked) = comment.and_then(instruction) {
             let place = |part: &str| {
                 // `part` is a piece of `line`.
@@ -151,7 +150,7 @@ fn allowed(file: FileId, sources: &Sources, problems: &mut Problems) -> Allowed 
                         _ => out.at.extend(codes.into_iter().map(|c| (number, c))),
                     }
                 }
-                Err(text) => problems.push(unclear(Span::new(file, at, start + line.trim_end().len()), text, mark)),
+                Err(text) => problems.push(unclear(place(text), text, mark)),
             }
         }
         start += line.len();

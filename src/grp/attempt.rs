@@ -9,10 +9,12 @@ use rand_chacha::ChaCha8Rng;
 
 use super::arm_space::{ArmSpace, Clearance};
 use super::candidates::Candidate;
+use super::constraints::{Constraints, Which};
 use super::description::{APPROACH, Change, Condition, Description, Required, Space, SubAction, Until};
 use super::facts;
 use super::motion::{self, Timed};
 use super::prepared::{Owner, link_poses, overlap, place_all};
+use super::requests::{self, Question};
 use super::solve::{Arguments, Counts, Room, Stage, Way};
 use crate::geom::motion::straight;
 use crate::geom::{Pose, ik};
@@ -22,11 +24,22 @@ use crate::world::{Held, State};
 /// Why a candidate failed: the sub-action's name (empty for the whole action) and the cause.
 pub(super) type Failure = (&'static str, Cause);
 
+/// What is to be found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted<'b> {
+    pub description: &'static Description,
+    pub arguments: Arguments,
+    /// What must hold in the final state besides what the description says.
+    pub constraints: &'b Constraints,
+    pub candidate: &'b Candidate,
+}
+
 /// One candidate at work.
 struct Attempt<'a, 'b> {
     room: &'b Room<'a>,
     description: &'static Description,
     arguments: Arguments,
+    constraints: &'b Constraints,
     candidate: &'b Candidate,
     rng: ChaCha8Rng,
     counts: &'b mut Counts,
@@ -37,18 +50,23 @@ struct Attempt<'a, 'b> {
 /// Finds the end states and motions of one candidate, or says what stopped it at the furthest sub-action it came to.
 pub(super) fn solve(
     room: &Room<'_>,
-    description: &'static Description,
-    arguments: Arguments,
-    candidate: &Candidate,
+    wanted: &Wanted<'_>,
     start: &State,
     rng: ChaCha8Rng,
     counts: &mut Counts,
 ) -> Result<Vec<(Stage, Timed)>, Failure> {
     let failures = BTreeMap::new();
+    let Wanted {
+        description,
+        arguments,
+        constraints,
+        candidate,
+    } = *wanted;
     Attempt {
         room,
         description,
         arguments,
+        constraints,
         candidate,
         rng,
         counts,
@@ -67,6 +85,8 @@ impl Attempt<'_, '_> {
         };
         if let Some(last) = stages.last() {
             self.required_facts(&last.end)?;
+            let name = last.sub_action.name;
+            self.constraints_hold(Which::All, name, &last.end)?;
         }
         self.motions(stages)
     }
@@ -101,13 +121,33 @@ impl Attempt<'_, '_> {
                 return Err(("place", Cause::Collision { a, b }));
             }
         }
-        if !self.description.required.is_empty() {
+        if !self.description.required.is_empty() || !self.constraints.is_empty() {
             let mut there = start.clone();
             there.objects[object].X_WO = placement.X_WO;
             there.objects[object].held = None;
+            self.constraints_hold(Which::AboutThings, "place", &there)?;
             self.required_facts(&there)?;
         }
         Ok(())
+    }
+
+    /// Tests the domain's constraints in a state: the final one, or one in which the things already are as in the final one.
+    fn constraints_hold(&mut self, which: Which, sub_action: &'static str, state: &State) -> Result<(), Failure> {
+        let Room {
+            scene, prepared, seed, ..
+        } = *self.room;
+        let counts = &mut *self.counts;
+        let mut ask = |question: Question| {
+            match question {
+                Question::Fact(_) => counts.facts += 1,
+                _ => counts.requests += 1,
+            }
+            requests::answer(scene, prepared, state, seed, question)
+        };
+        match self.constraints.broken(which, &mut ask) {
+            Some(text) => Err((sub_action, Cause::Constraint(text))),
+            None => Ok(()),
+        }
     }
 
     fn required_facts(&mut self, state: &State) -> Result<(), Failure> {

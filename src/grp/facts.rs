@@ -1,4 +1,4 @@
-//! Facts of a world state (thesis 3.2.4, 3.3.4.1): isOn, hasInHand, isReachable, isVisible.
+//! Facts of a world state that look at bottoms, hands and eyes (thesis 3.2.4, 3.3.4.1): isOn, hasInHand, isReachable, isVisible.
 //!
 //! Pure functions of a state and a seed: nobody moves the robot to ask a question, and asking twice gives the same answer.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
@@ -16,13 +16,10 @@ use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 use crate::world::{Object, Scene, State, Support};
 
-/// Names of the facts, as the language's prelude declares them.
-pub const FACTS: [&str; 4] = ["isOn", "hasInHand", "isReachable", "isVisible"];
-
 /// Largest gap or overlap between a bottom and the face that carries it [m].
 const CONTACT: f64 = 0.005;
 /// How far a bottom polygon may stick out of the face [m].
-const OVERHANG: f64 = 0.001;
+pub(super) const OVERHANG: f64 = 0.001;
 /// Largest angle between a support's normal and the vertical: its cosine.
 const LEVEL: f64 = 0.9998;
 /// Share of an object's surface that must be seen (design: 30 %).

@@ -4,13 +4,18 @@
 
 mod arm_space;
 mod attempt;
+mod bases;
 mod candidates;
+mod constraints;
 mod cost;
 mod description;
 mod facts;
+mod free_place;
 mod key;
 mod motion;
 mod prepared;
+mod relations;
+mod requests;
 mod solve;
 
 use std::collections::BTreeMap;
@@ -18,7 +23,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use description::{ACTIONS, APPROACH, Description};
-pub use facts::FACTS;
+pub use relations::NEXT_TO;
+pub use requests::{FACTS, Fact, REQUESTS};
 pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
@@ -27,32 +33,12 @@ use crate::plan::{
     ActionRefusal, AttachmentChange, Cause, CauseCount, Geometry, Motion, Placement, SubAction, Trajectory,
 };
 use crate::world::{EntityRef, Scene, State, World};
+use constraints::Constraints;
 use description::{Change, Role, Space};
 use key::Key;
 use prepared::Prepared;
+use requests::{Answer, Question};
 use solve::{Arguments, Room, Search, Solution};
-
-/// A fact about a pair of entities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Fact {
-    /// Object on object.
-    IsOn {
-        a: usize,
-        b: usize,
-    },
-    HasInHand {
-        agent: usize,
-        object: usize,
-    },
-    IsReachable {
-        object: usize,
-        agent: usize,
-    },
-    IsVisible {
-        object: usize,
-        agent: usize,
-    },
-}
 
 /// A solved geometric action.
 #[derive(Debug)]
@@ -81,7 +67,7 @@ pub struct Grp<'a> {
     states: Vec<State>,
     gases: Vec<Gas>,
     by_key: BTreeMap<Key, GasNum>,
-    facts: BTreeMap<(Key, Fact), bool>,
+    answers: BTreeMap<(Key, Question), Option<Answer>>,
     counts: Counts,
 }
 
@@ -101,7 +87,7 @@ impl<'a> Grp<'a> {
             states: vec![world.start.clone()],
             gases: Vec::new(),
             by_key: BTreeMap::new(),
-            facts: BTreeMap::new(),
+            answers: BTreeMap::new(),
             counts: Counts::default(),
         })
     }
@@ -113,44 +99,31 @@ impl<'a> Grp<'a> {
 
     /// Says whether a fact holds in the current world state.
     pub fn holds(&mut self, fact: Fact) -> bool {
-        let Some(state) = self.states.last() else { return false };
-        let (scene, prepared) = (self.scene, &self.prepared);
-        match fact {
-            Fact::IsOn { a, b } => return facts::is_on(scene, state, a, b),
-            Fact::HasInHand { agent, object } => return facts::has_in_hand(state, agent, object),
-            Fact::IsReachable { .. } | Fact::IsVisible { .. } => {}
-        }
-        let key = Key::new(self.seed).state(state);
-        if let Some(known) = self.facts.get(&(key, fact)) {
-            return *known;
-        }
-        self.counts.facts += 1;
-        let holds = match fact {
-            Fact::IsReachable { object, agent } => {
-                facts::is_reachable(scene, prepared, state, object, agent, self.seed)
-            }
-            Fact::IsVisible { object, agent } => facts::is_visible(scene, prepared, state, object, agent),
-            Fact::IsOn { .. } | Fact::HasInHand { .. } => false,
-        };
-        self.facts.insert((key, fact), holds);
-        holds
+        self.ask(Question::Fact(fact)) == Some(Answer::Truth(true))
     }
 
-    /// Returns a fact by name about two entities, or `None` when it makes no sense for them.
-    fn fact_of(&self, name: &str, first: EntityRef, second: EntityRef) -> Option<Fact> {
-        match (name, first, second) {
-            ("isOn", EntityRef::Object(a), EntityRef::Object(b)) => Some(Fact::IsOn { a, b }),
-            ("hasInHand", EntityRef::Agent(agent), EntityRef::Object(object)) => {
-                Some(Fact::HasInHand { agent, object })
-            }
-            ("isReachable", EntityRef::Object(object), EntityRef::Agent(agent)) => {
-                Some(Fact::IsReachable { object, agent })
-            }
-            ("isVisible", EntityRef::Object(object), EntityRef::Agent(agent)) => {
-                Some(Fact::IsVisible { object, agent })
-            }
-            _ => None,
+    /// Answers a question about the current world state, remembered by question and state.
+    fn ask(&mut self, question: Question) -> Option<Answer> {
+        let state = self.states.last()?;
+        // What costs less than the state's fingerprint is not worth remembering.
+        let is_cheap = matches!(
+            question,
+            Question::Fact(Fact::IsOn { .. } | Fact::IsIn { .. } | Fact::IsBigger { .. } | Fact::HasInHand { .. })
+        );
+        if is_cheap {
+            return requests::answer(self.scene, &self.prepared, state, self.seed, question);
         }
+        let key = Key::new(self.seed).state(state);
+        if let Some(known) = self.answers.get(&(key, question)) {
+            return *known;
+        }
+        match question {
+            Question::Fact(_) => self.counts.facts += 1,
+            _ => self.counts.requests += 1,
+        }
+        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question);
+        self.answers.insert((key, question), answer);
+        answer
     }
 
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
@@ -166,7 +139,7 @@ impl<'a> Grp<'a> {
                     if first == second {
                         continue;
                     }
-                    if let Some(fact) = self.fact_of(name, *first, *second)
+                    if let Some(fact) = Fact::of(name, *first, *second)
                         && self.is_about_things(fact)
                     {
                         all.push((name, *first, *second, self.holds(fact)));
@@ -177,11 +150,15 @@ impl<'a> Grp<'a> {
         all
     }
 
-    /// Furniture is not picked up and does not stand on things: no facts about that.
+    /// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
     fn is_about_things(&self, fact: Fact) -> bool {
         let movable = |o: usize| self.scene.objects[o].movable;
+        let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
         match fact {
             Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
+            Fact::IsIn { a, b } => movable(a) && !self.scene.objects[b].containers.is_empty(),
+            Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
+            Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
             Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
             Fact::IsVisible { .. } => true,
         }
@@ -214,6 +191,9 @@ impl<'a> Grp<'a> {
                 }
                 (Role::Object | Role::Support, EntityRef::Agent(_)) => {
                     return Err(format!("{} is not an object", domain.show(value)));
+                }
+                (_, EntityRef::Virtual(_)) => {
+                    return Err(format!("{} is a virtual object: it is nowhere", domain.show(value)));
                 }
             }
         }
@@ -265,7 +245,14 @@ impl<'a> Grp<'a> {
             key = key.number(index.map_or(0, |i| i as u64 + 1));
         }
         let key = key.state(&state);
-        if let Some(gas) = self.by_key.get(&key) {
+        let constraints = Constraints::new(self.scene, domain, call.constraints);
+        // The same action with other constraints is another search; its candidates are the same ones.
+        let searched = if constraints.is_empty() {
+            key
+        } else {
+            key.text(&format!("{:?}", call.constraints))
+        };
+        if let Some(gas) = self.by_key.get(&searched) {
             return Ok(*gas);
         }
         let gas = GasNum(self.gases.len() as u32);
@@ -277,12 +264,12 @@ impl<'a> Grp<'a> {
             seed: self.seed,
             stop: &self.stop,
         };
-        let search = Search::new(&room, description, arguments, state, key);
+        let search = Search::new(&room, description, arguments, constraints, state, key);
         self.gases.push(Gas {
             search,
             solved: Vec::new(),
         });
-        self.by_key.insert(key, gas);
+        self.by_key.insert(searched, gas);
         Ok(gas)
     }
 
@@ -394,8 +381,10 @@ impl Reasoner for Grp<'_> {
         self.solution(gas, 0)
     }
 
-    fn request(&mut self, _: &Domain, _: &Request<'_>) -> Option<Value> {
-        None
+    fn request(&mut self, domain: &Domain, request: &Request<'_>) -> Option<Value> {
+        let entities = request.args.iter().map(|a| constraints::entity(self.scene, domain, a));
+        let entities: Option<Vec<EntityRef>> = entities.collect();
+        self.ask(Question::of(request.name, &entities?)?).map(Value::from)
     }
 
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {
@@ -430,7 +419,7 @@ impl Reasoner for Grp<'_> {
             if first == second {
                 continue;
             }
-            if let Some(fact) = self.fact_of(name, first, second)
+            if let Some(fact) = Fact::of(name, first, second)
                 && self.is_about_things(fact)
                 && self.holds(fact)
             {

@@ -5,7 +5,8 @@
 //! - the end state of a straight motion depends on the way (which branch of the inverse kinematics it follows), so a straight motion
 //!   is followed at once: it costs about as much as one inverse kinematics call; motions that need a planner wait;
 //! - inverse kinematics is restarted until the sub-actions after it have end states, too: backtracking inside a candidate;
-//! - a required fact is tested as soon as the placement is known, before any inverse kinematics, and once more at the end.
+//! - a required fact is tested as soon as the placement is known, before any inverse kinematics, and once more at the end;
+//! - so are those constraints of the domain that follow from where the things stand; the others wait for the end states.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::attempt;
 use super::candidates::{Candidate, arms_and_grasps, placements};
+use super::constraints::{Constraints, Which};
 use super::description::{Choice, Description, SubAction};
 use super::facts::is_level;
 use super::key::Key;
@@ -53,6 +55,7 @@ pub struct Counts {
     pub motion_plans: u64,
     pub configurations_checked: u64,
     pub facts: u64,
+    pub requests: u64,
 }
 
 /// A sub-action with its end state and how to get there.
@@ -96,6 +99,7 @@ impl Solution {
 pub(super) struct Search {
     pub description: &'static Description,
     pub arguments: Arguments,
+    constraints: Constraints,
     /// World state in which it starts.
     pub start: State,
     key: Key,
@@ -123,12 +127,14 @@ impl Search {
         room: &Room<'_>,
         description: &'static Description,
         arguments: Arguments,
+        constraints: Constraints,
         start: State,
         key: Key,
     ) -> Search {
         let mut search = Search {
             description,
             arguments,
+            constraints,
             start,
             key,
             candidates: Vec::new(),
@@ -136,6 +142,10 @@ impl Search {
             causes: Vec::new(),
             found: 0,
         };
+        if let Some(text) = search.constraints.broken(Which::Decided, &mut |_| None) {
+            search.count("", Cause::Constraint(text));
+            return search;
+        }
         match search.first_candidates(room) {
             Ok(candidates) => search.candidates = candidates,
             Err(why) => search.count("", Cause::NotApplicable(why)),
@@ -243,9 +253,12 @@ impl Search {
             let rng = ChaCha8Rng::seed_from_u64(self.key.text("candidate").number(index as u64).0);
             match attempt::solve(
                 room,
-                self.description,
-                self.arguments,
-                &candidate,
+                &attempt::Wanted {
+                    description: self.description,
+                    arguments: self.arguments,
+                    constraints: &self.constraints,
+                    candidate: &candidate,
+                },
                 &self.start,
                 rng,
                 counts,

@@ -440,7 +440,7 @@ pub struct Subtask {
 }
 
 /// A test (language, section 2).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Test {
     /// All hold; empty means true.
     And(Vec<Test>),
@@ -490,7 +490,7 @@ pub enum CompareOp {
 }
 
 /// An expression.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Expr {
     Const(Value),
     Var(Var),

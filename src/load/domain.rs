@@ -15,11 +15,12 @@ use crate::syntax::{self, ast::File, ast::Import, ast::Item};
 const MAX_FILES: usize = 1_000;
 
 /// What was read.
-pub(super) struct DomainFiles {
+#[derive(Debug)]
+pub struct DomainFiles {
     /// Imported files come before those that import them; what is imported or named first comes first.
-    pub(super) asts: Vec<File>,
+    pub asts: Vec<File>,
     /// Whether some text is missing: a file that can't be read, or lines that don't parse.
-    pub(super) is_broken: bool,
+    pub is_broken: bool,
 }
 
 /// A file that is being read, and its imports that are still to be read, the last first.
@@ -40,12 +41,7 @@ struct Reader<'a> {
 }
 
 /// Reads the domain file `path` with all that belongs to it, and the files `with`. Without the file itself there is nothing.
-pub(super) fn read(
-    path: &str,
-    with: &[&str],
-    sources: &mut Sources,
-    files: &dyn Files,
-) -> (Option<DomainFiles>, Problems) {
+pub fn read(path: &str, with: &[&str], sources: &mut Sources, files: &dyn Files) -> (Option<DomainFiles>, Problems) {
     let mut reader = Reader {
         sources,
         files,

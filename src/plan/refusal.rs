@@ -86,6 +86,8 @@ pub enum Cause {
     NoPath { arm: String, samples: u32 },
     /// A required fact does not hold in the end state: `isReachable(RED_CUBE, BOB)`.
     Fact(String),
+    /// A constraint of the domain's operator does not hold in the end state.
+    Constraint(String),
 }
 
 impl fmt::Display for Cause {
@@ -97,6 +99,7 @@ impl fmt::Display for Cause {
             Cause::NoStraightMotion { arm } => write!(f, "no straight motion of the {arm} arm"),
             Cause::NoPath { arm, samples } => write!(f, "no path for the {arm} arm within {samples} samples"),
             Cause::Fact(fact) => write!(f, "{fact} would not hold"),
+            Cause::Constraint(constraint) => write!(f, "the constraint {constraint} would not hold"),
         }
     }
 }

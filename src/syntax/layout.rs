@@ -1,7 +1,7 @@
 //! The text as a row of marks and words, without meaning: where tokens end, and how deep brackets nest.
 //!
-//! One pass, no recursion. It runs before the grammar, whose recursion must not follow the text to any depth, and after
-//! it, to find the token before a syntax error.
+//! One pass, no recursion. It runs before the grammar: it takes out comments and white space, and recursion must not
+//! follow the text to any depth. After a syntax error it tells the token before.
 
 /// Brackets may nest this deep. HEURISTIC: real domains stay below 12; a parser in a debug build needs about 10 kB of
 /// stack for each.
@@ -47,8 +47,13 @@ pub fn layout(text: &str) -> Layout {
     while i < bytes.len() {
         let start = i;
         let c = at(i);
-        if c.is_ascii_whitespace() || text[i..].starts_with('\u{FEFF}') {
-            i += if c.is_ascii() { 1 } else { 3 };
+        // Tabs, ends of lines and pages; the end mark of old systems; a byte order mark.
+        if matches!(c, b' ' | b'\t'..=b'\r' | 0x1a) {
+            i += 1;
+            continue;
+        }
+        if c == 0xef && text[i..].starts_with('\u{FEFF}') {
+            i += 3;
             continue;
         }
         if c == b'/' && at(i + 1) == b'/' {
@@ -81,6 +86,7 @@ pub fn layout(text: &str) -> Layout {
             }
             i = i.min(bytes.len());
         } else if c.is_ascii_alphanumeric() || c == b'_' {
+            i = number_end(bytes, i).unwrap_or(i);
             while at(i).is_ascii_alphanumeric() || at(i) == b'_' {
                 i += 1;
             }
@@ -111,7 +117,73 @@ pub fn layout(text: &str) -> Layout {
     out
 }
 
+/// Returns where the number that starts at `start` ends, with its fraction and its exponent.
+fn number_end(bytes: &[u8], start: usize) -> Option<usize> {
+    let digits = |mut at: usize| {
+        let from = at;
+        while bytes.get(at).is_some_and(u8::is_ascii_digit) {
+            at += 1;
+        }
+        (at > from).then_some(at)
+    };
+    let mut end = digits(start)?;
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1).unwrap_or(end);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        end = digits(end + 1 + sign).unwrap_or(end);
+    }
+    Some(end)
+}
+
+/// The tokens of a text with one space wherever something else stood between two of them.
+#[derive(Debug)]
+pub struct Compact {
+    pub text: String,
+    /// Where each token of the layout starts in `text` [bytes].
+    pub starts: Vec<usize>,
+    /// For each byte of `text`, and for its end, where it comes from.
+    origins: Vec<u32>,
+}
+
+impl Compact {
+    /// Returns the place in the original text of the byte at `at`.
+    pub fn origin(&self, at: usize) -> usize {
+        self.origins.get(at).or(self.origins.last()).map_or(0, |o| *o as usize)
+    }
+
+    /// Returns where in the original text a piece ends that ends before `at`.
+    pub fn origin_of_end(&self, at: usize) -> usize {
+        at.checked_sub(1).map_or(0, |last| self.origin(last) + 1)
+    }
+}
+
 impl Layout {
+    /// Returns `text`, whose layout this is, without comments and superfluous white space.
+    pub fn compact(&self, text: &str) -> Compact {
+        let mut out = Compact {
+            text: String::with_capacity(text.len()),
+            starts: Vec::with_capacity(self.tokens.len()),
+            origins: Vec::with_capacity(text.len() + 1),
+        };
+        // Text is at most 4 GB: spans are of the same size.
+        let cap = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        let mut before = 0;
+        for (i, &(start, end)) in self.tokens.iter().enumerate() {
+            if i > 0 && start > before {
+                out.text.push(' ');
+                out.origins.push(cap(before));
+            }
+            out.starts.push(out.text.len());
+            out.text.push_str(&text[start..end]);
+            out.origins.extend(cap(start)..cap(end));
+            before = end;
+        }
+        out.origins.push(cap(text.len()));
+        out
+    }
+
     /// Returns the last token that starts before `at`, and the first that does not.
     pub fn around(&self, at: usize) -> (Option<Token>, Option<Token>) {
         let next = self.tokens.partition_point(|t| t.0 < at);

@@ -4,7 +4,7 @@
 
 pub mod ast;
 mod format;
-mod layout;
+pub mod layout;
 mod parser;
 mod words;
 

@@ -1,19 +1,17 @@
 //! Text to AST by the grammar of `grammar/hatp.pest`, and syntax errors in the language's own words.
 //!
-//! Never fails: what can't be read is left out and reported. pest stops at the first error, so after one the text is cut
-//! where items begin (rule `pieces`) and each piece is read alone; every faulty item then has its own error.
+//! Never fails: what can't be read is left out and reported. pest stops at the first error; [`recover`] finds the others.
 //! Knows no names and no types.
 
 mod build;
+mod expected;
 mod parts;
+mod recover;
 
 use pest::Parser as _;
-use pest::error::{Error, ErrorVariant, InputLocation};
 
 use super::ast;
-use super::layout::{Layout, MAX_DEPTH, MAX_TOKENS, layout};
-use super::words::word;
-use crate::diag::suggest::nearest;
+use super::layout::{Compact, Layout, MAX_DEPTH, MAX_TOKENS, layout};
 use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Span};
 
@@ -30,107 +28,117 @@ pub fn parse(file: FileId, text: &str) -> (ast::File, Problems) {
         items: Vec::new(),
         span: Span::new(file, 0, text.len()),
     };
-    let place = Place {
-        file,
-        offset: 0,
-        end: "the end of the file",
-    };
     let mut problems = Problems::default();
     let layout = layout(text);
-    if let Some(problem) = unreadable(&layout, &place) {
-        problems.push(problem);
-        return (out, problems);
-    }
-    let whole = match HatpParser::parse(Rule::file, text) {
-        Ok(pairs) => {
-            out.items = build::Builder::new(file, 0, &mut problems).items(pairs);
+    let place = match Place::new(file, 0, "the end of the file", text, &layout) {
+        Ok(place) => place,
+        Err(problem) => {
+            problems.push(*problem);
             return (out, problems);
         }
-        Err(error) => error,
     };
-    if let Ok(pairs) = HatpParser::parse(Rule::pieces, text) {
-        for piece in pairs.flat_map(|p| p.into_inner()) {
-            if !matches!(piece.as_rule(), Rule::piece | Rule::stray) {
-                continue;
-            }
-            let start = piece.as_span().start();
-            match HatpParser::parse(Rule::lone, piece.as_str()) {
-                Ok(pairs) => {
-                    let items = build::Builder::new(file, start, &mut problems).items(pairs);
-                    out.items.extend(items);
-                }
-                Err(error) => problems.push(expected(&error, start, text, &layout, &place)),
-            }
+    match HatpParser::parse(Rule::file, &place.compact.text) {
+        Ok(pairs) => {
+            out.items = build::Builder::new(&place, 0, &mut problems).items(pairs);
+            (out, problems)
+        }
+        Err(error) => {
+            out.items = recover::items(&error, &place, &mut problems);
+            (out, problems.sorted())
         }
     }
-    if !problems.has_errors() {
-        // Every piece is well; the blocks around them are not.
-        problems.push(expected(&whole, 0, text, &layout, &place));
-    }
-    (out, problems.sorted())
 }
 
 /// Returns the call that `text` is, `MoveObjs(PR2, [RED_CUBE])`; `offset` is where it starts in `file` [bytes].
 pub fn parse_call(file: FileId, offset: usize, text: &str) -> (Option<ast::Call>, Problems) {
-    let place = Place {
-        file,
-        offset,
-        end: "the end",
-    };
     let mut problems = Problems::default();
     let layout = layout(text);
-    if let Some(problem) = unreadable(&layout, &place) {
-        problems.push(problem);
-        return (None, problems);
-    }
-    match HatpParser::parse(Rule::goal_call, text) {
+    let place = match Place::new(file, offset, "the end", text, &layout) {
+        Ok(place) => place,
+        Err(problem) => {
+            problems.push(*problem);
+            return (None, problems);
+        }
+    };
+    match HatpParser::parse(Rule::goal_call, &place.compact.text) {
         Ok(pairs) => {
-            let call = build::Builder::new(file, offset, &mut problems).goal_call(pairs);
+            let call = build::Builder::new(&place, 0, &mut problems).goal_call(pairs);
             (call, problems)
         }
         Err(error) => {
-            problems.push(expected(&error, 0, text, &layout, &place));
+            problems.push(expected::expected(&error, 0, &place));
             (None, problems)
         }
     }
 }
 
-/// Where a text lies.
-struct Place {
+/// A text, where it lies, and what the grammar sees of it.
+struct Place<'t> {
     file: FileId,
     /// Of the text in its file [bytes].
     offset: usize,
     /// What a message calls the text's end.
     end: &'static str,
+    text: &'t str,
+    layout: &'t Layout,
+    compact: Compact,
 }
 
-impl Place {
+impl<'t> Place<'t> {
+    /// Returns what keeps the grammar from being tried at all, if anything.
+    fn new(
+        file: FileId,
+        offset: usize,
+        end: &'static str,
+        text: &'t str,
+        layout: &'t Layout,
+    ) -> Result<Self, Box<Problem>> {
+        let span = |start, end| Span::new(file, offset + start, offset + end);
+        if let Some(problem) = unreadable(layout, span) {
+            return Err(Box::new(problem));
+        }
+        Ok(Place {
+            file,
+            offset,
+            end,
+            text,
+            layout,
+            compact: layout.compact(text),
+        })
+    }
+
+    /// Returns the span of `start..end` of the text.
     fn span(&self, start: usize, end: usize) -> Span {
         Span::new(self.file, self.offset + start, self.offset + end)
+    }
+
+    /// Returns the span of `start..end` of what the grammar sees.
+    fn span_of(&self, start: usize, end: usize) -> Span {
+        self.span(self.compact.origin(start), self.compact.origin_of_end(end))
     }
 }
 
 /// Says what keeps the grammar from being tried at all.
-fn unreadable(layout: &Layout, place: &Place) -> Option<Problem> {
+fn unreadable(layout: &Layout, span: impl Fn(usize, usize) -> Span) -> Option<Problem> {
     if let Some((start, end)) = layout.too_deep {
         let message = format!("brackets nest deeper than {MAX_DEPTH}");
-        let problem = Problem::error("hatp::too-large", message, place.span(start, end), "one too many");
+        let problem = Problem::error("hatp::too-large", message, span(start, end), "one too many");
         return Some(problem.help("name parts of it with `let`, a function or a method of their own"));
     }
     if layout.tokens.len() > MAX_TOKENS {
         let (start, end) = layout.tokens.get(MAX_TOKENS).copied().unwrap_or_default();
         let message = format!("more than {MAX_TOKENS} words and marks in one file");
-        let problem = Problem::error("hatp::too-large", message, place.span(start, end), "one too many");
+        let problem = Problem::error("hatp::too-large", message, span(start, end), "one too many");
         return Some(problem.help("divide it into several files"));
     }
     if let Some(start) = layout.open_comment {
-        let span = place.span(start, start + 2);
+        let span = span(start, start + 2);
         return Some(
             Problem::error("hatp::syntax", "a comment is not closed", span, "opened here").help("end it with `*/`"),
         );
     }
     if let Some(start) = layout.open_string {
-        let span = place.span(start, start + 1);
+        let span = span(start, start + 1);
         return Some(
             Problem::error("hatp::syntax", "a string is not closed", span, "opened here")
                 .help("end it with `\"` on the same line"),
@@ -139,180 +147,10 @@ fn unreadable(layout: &Layout, place: &Place) -> Option<Problem> {
     None
 }
 
-/// Turns pest's error about a part of `text` that starts at `start` into a problem.
-fn expected(error: &Error<Rule>, start: usize, text: &str, layout: &Layout, place: &Place) -> Problem {
-    let at = start
-        + match error.location {
-            InputLocation::Pos(at) => at,
-            InputLocation::Span((at, _)) => at,
-        };
-    let rules: &[Rule] = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => positives,
-        ErrorVariant::CustomError { .. } => &[],
-    };
-    let mut words: Vec<&'static str> = Vec::new();
-    let of_place = |w| if w == "the end of the file" { place.end } else { w };
-    for word in rules.iter().filter_map(|r| word(*r)).map(of_place) {
-        if !words.contains(&word) {
-            words.push(word);
-        }
-    }
-    let (before, next) = layout.around(at);
-    let found = next.and_then(|(s, e)| text.get(s..e));
-    let new_line = match (before, next) {
-        (Some(b), Some(n)) => text.get(b.1..n.0).is_some_and(|gap| gap.contains('\n')),
-        _ => true,
-    };
-    let has = |w: &str| words.contains(&w);
-    // A mark that ends something is missed where the text before it ends, not where the next word stands.
-    let begins_item = found.is_none_or(|f| ITEM_WORDS.contains(&f));
-    let begins_clause = found.is_some_and(|f| CLAUSE_WORDS.contains(&f));
-    let in_clause = ["a test", "an effect", "a subtask", "an operator"]
-        .iter()
-        .any(|w| has(w));
-    let missing = if has("`;`") && (new_line || begins_item || begins_clause || found == Some("}")) {
-        Some("`;`")
-    } else if has("`}`") && (begins_item || begins_clause && in_clause) {
-        Some("`}`")
-    } else {
-        None
-    };
-    if let Some(mark) = missing {
-        words = vec![mark];
-    } else if words.len() > 1 {
-        // What may always follow a name or a value says little.
-        let after_value = has("an operator");
-        words.retain(|w| *w != "`.`" && !(after_value && *w == "`(`"));
-    }
-    let ends_before = missing.is_some() || ["`;`", "`)`", "`,`", "`]`"].iter().any(|m| words.contains(m));
-    let span = match (before, next) {
-        (Some((_, end)), _) if ends_before => place.span(end, end),
-        (_, Some((s, e))) => place.span(s, e),
-        (Some((_, end)), None) => place.span(end, end),
-        (None, None) => place.span(0, 0),
-    };
-    let list = listed(&words);
-    let message = match found {
-        Some(found) => format!("expected {list}, found `{}`", shortened(found)),
-        None => format!("expected {list}, found {}", place.end),
-    };
-    let label = if words.len() > 3 {
-        "not expected here".into()
-    } else {
-        format!("expected {list}")
-    };
-    let mut problem = Problem::error("hatp::syntax", message, span, label);
-    let word_before = before.and_then(|(s, e)| text.get(s..e));
-    let help = found.and_then(|f| foreign(f).map(str::to_owned));
-    // Where a mark is expected, a keyword before it may have passed for a name.
-    let is_keyword = |w: &&&str| w.strip_prefix('`').is_some_and(|w| w.starts_with(char::is_alphabetic));
-    let before_is = || word_before.and_then(|w| misspelt(w, missing.is_some()));
-    let found_is = || found.and_then(|w| misspelt(w, missing.is_some()));
-    let near = if words.iter().any(|w| is_keyword(&w)) {
-        found_is()
-            .filter(|near| words.contains(&format!("`{near}`").as_str()))
-            .or_else(before_is)
-    } else {
-        before_is().or_else(found_is)
-    };
-    problem = problem.maybe_help(help.or_else(|| near.map(|near| format!("did you mean `{near}`?"))));
-    if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
-        problem = problem.note(place.span(*s, *e), "this is not closed");
-    }
-    problem
-}
-
-/// Words that begin an item: where one stands, every block before it should have ended.
-const ITEM_WORDS: [&str; 9] = [
-    "action",
-    "operator",
-    "method",
-    "task",
-    "function",
-    "HTN",
-    "factdatabase",
-    "factDatabase",
-    "define",
-];
-
-/// What begins a clause or a decomposition, or may follow one.
-const CLAUSE_WORDS: [&str; 12] = [
-    "preconditions",
-    "effects",
-    "subtasks",
-    "goal",
-    "empty",
-    "cost",
-    "duration",
-    "projects",
-    "constraints",
-    "alternatives",
-    "{",
-    ";",
-];
-
-/// The other words that a slip of the pen may have meant.
-const OTHER_WORDS: [&str; 15] = [
-    "entityType",
-    "entityAttributes",
-    "static",
-    "dynamic",
-    "atom",
-    "SELECT",
-    "SELECTORDERED",
-    "SELECTONCE",
-    "FORALL",
-    "EXIST",
-    "OR",
-    "NOT",
-    "IF",
-    "ELSE",
-    "after",
-];
-
-/// Returns how to say what other languages say with this mark.
-fn foreign(found: &str) -> Option<&'static str> {
-    match found {
-        "&" => Some("tests simply follow one another; each ends with `;`"),
-        "|" => Some("write `OR { ... } { ... }`"),
-        "!" => Some("write `NOT { ... };`"),
-        _ => None,
-    }
-}
-
-/// Returns the keyword that the word was meant to be: nearly one, or, if `strict`, one in other capitals.
-fn misspelt(found: &str, strict: bool) -> Option<&'static str> {
-    let is_word = found.len() > 1 && found.chars().all(|c| c.is_ascii_alphabetic());
-    let keywords: Vec<&'static str> = [ITEM_WORDS.as_slice(), &CLAUSE_WORDS, &OTHER_WORDS].concat();
-    if !is_word || keywords.contains(&found) {
-        return None;
-    }
-    let near = nearest(found, keywords.iter().copied())?;
-    let same_letters = near.eq_ignore_ascii_case(found);
-    (same_letters || !strict && found.len() > 3).then_some(near)
-}
-
-/// Returns `a`, `a or b`, `a, b or c`.
-fn listed(words: &[&str]) -> String {
-    match words {
-        [] => "something else".into(),
-        [only] => (*only).into(),
-        [first @ .., last] => format!("{} or {last}", first.join(", ")),
-    }
-}
-
-/// Returns at most 30 characters of a token.
-fn shortened(token: &str) -> String {
-    let mut short: String = token.chars().take(30).collect();
-    if short.len() < token.len() {
-        short.push_str("...");
-    }
-    short
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::syntax::words::word;
     use proptest::prelude::*;
 
     const FILE: FileId = FileId(0);

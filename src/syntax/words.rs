@@ -9,13 +9,21 @@ use super::parser::Rule;
 pub fn word(rule: Rule) -> Option<&'static str> {
     Some(match rule {
         Rule::file | Rule::lone => "`factdatabase`, `HTN` or another declaration",
+        Rule::lone_attribute => "`static` or `dynamic`",
+        Rule::lone_setting => "a setting",
+        Rule::lone_clause => "`preconditions`, `effects` or another clause",
+        Rule::lone_part => "`goal` or a decomposition in `{ }`",
+        Rule::lone_block => "`preconditions` or `subtasks`",
+        Rule::lone_step => "a subtask",
+        Rule::lone_test => "a test",
+        Rule::lone_effect => "an effect",
         Rule::goal_call => "a task with its arguments",
         Rule::pieces => return None,
         Rule::EOI => "the end of the file",
         Rule::fact_database => "`factdatabase`",
         Rule::database_item => return None,
         Rule::htn => "`HTN`",
-        Rule::item | Rule::task_item | Rule::clause | Rule::primary => return None,
+        Rule::item | Rule::task_item | Rule::clause => return None,
         Rule::time_part | Rule::import | Rule::settings | Rule::setting => return None,
         Rule::entity_type | Rule::attributes => "`define`",
         Rule::attribute => "`static` or `dynamic`",
@@ -50,11 +58,17 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::test_op => "a comparison",
         Rule::effect | Rule::forall_effect | Rule::if_effect | Rule::assignment => "an effect",
         Rule::effect_op => "`=`",
-        Rule::expr | Rule::term | Rule::factor | Rule::number | Rule::boolean | Rule::null => "a value",
-        Rule::compat_null | Rule::compat_assign | Rule::compat_equal => return None,
+        Rule::expr | Rule::operand | Rule::negated | Rule::named | Rule::number | Rule::boolean | Rule::null => {
+            "a value"
+        }
+        Rule::compat_null => return None,
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",
+        Rule::args => "`(`",
+        Rule::operator => "an operator",
         Rule::string => "a string",
-        Rule::word_char | Rule::reserved => return None,
+        Rule::word_char | Rule::reserved | Rule::reserved_capital | Rule::reserved_small | Rule::clause_word => {
+            return None;
+        }
         Rule::word | Rule::ident => "a name",
         Rule::integer => "a whole number",
         Rule::kw_factdatabase => "`factdatabase`",
@@ -101,23 +115,15 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::lbracket => "`[`",
         Rule::rbracket => "`]`",
         Rule::semi => "`;`",
-        Rule::optional_semi | Rule::skipped_semi | Rule::stray_semi => return None,
+        Rule::optional_semi | Rule::stray_semi => return None,
         Rule::comma => "`,`",
         Rule::colon => "`:`",
         Rule::dot => "`.`",
-        Rule::plus | Rule::minus | Rule::star | Rule::slash => "an operator",
+        Rule::minus => "a value",
         Rule::assign => "`=`",
-        Rule::op_add => "`<<=`",
-        Rule::op_remove => "`=>>`",
-        Rule::op_not_member
-        | Rule::op_member
-        | Rule::op_equal
-        | Rule::op_not_equal
-        | Rule::op_less_equal
-        | Rule::op_greater_equal => "a comparison",
         Rule::op_less => "`<`",
         Rule::op_greater => "`>`",
-        Rule::WHITESPACE | Rule::COMMENT | Rule::skip => return None,
+        Rule::WHITESPACE => return None,
         Rule::soup | Rule::token | Rule::digits | Rule::mark => return None,
         Rule::stray | Rule::piece | Rule::piece_start => return None,
     })

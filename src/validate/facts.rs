@@ -90,6 +90,7 @@ fn placed<'b>(bodies: &'b Bodies<'_>, state: &State, entity: EntityRef) -> Vec<P
     match entity {
         EntityRef::Agent(a) => bodies.agent(state, a),
         EntityRef::Object(o) => bodies.object(state, o),
+        EntityRef::Virtual(_) => Vec::new(),
     }
 }
 
@@ -98,6 +99,7 @@ fn bigger(bodies: &Bodies<'_>, a: EntityRef, b: EntityRef) -> Status {
         match entity {
             EntityRef::Agent(a) => bodies.scene.agents[a].bodies.iter().map(|b| b.shape.volume()).sum(),
             EntityRef::Object(o) => bodies.scene.objects[o].parts.iter().map(|p| p.shape.volume()).sum(),
+            EntityRef::Virtual(v) => bodies.scene.virtuals[v].parts.iter().map(|p| p.shape.volume()).sum(),
         }
     };
     let (a, b) = (volume(a), volume(b));

@@ -230,7 +230,9 @@ fn placed(bodies: &Bodies<'_>, state: &State, object: usize, placement: &Placeme
     };
     let on = match bodies.scene.find(&placement.on) {
         Some(EntityRef::Object(on)) => on,
-        Some(EntityRef::Agent(_)) | None => return Err(unknown("object to stand on", &placement.on).into()),
+        Some(EntityRef::Agent(_) | EntityRef::Virtual(_)) | None => {
+            return Err(unknown("object to stand on", &placement.on).into());
+        }
     };
     let supports = &bodies.scene.objects[on].supports;
     let support = supports.iter().find(|s| s.name == placement.support);

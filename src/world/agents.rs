@@ -49,6 +49,7 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
                 arms: model.arms,
                 camera: model.camera,
                 postures: model.postures,
+                base: model.base,
             });
             all.states.push(AgentState { X_WB, q });
             all.spans.push(name.span);

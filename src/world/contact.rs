@@ -100,8 +100,11 @@ fn excused(scene: &Scene, state: &State, a: &Placed, b: &Placed) -> bool {
             let hand = held.and_then(|h| scene.agents[agent].arms.get(h.arm));
             hand.is_some_and(|arm| arm.hand_links.contains(&a.index))
         }
-        // INVARIANT: `place` lists agents before objects.
-        (EntityRef::Object(_), EntityRef::Agent(_)) | (EntityRef::Agent(_), EntityRef::Agent(_)) => false,
+        // INVARIANT: `place` lists agents before objects, and no virtual object.
+        (EntityRef::Object(_), EntityRef::Agent(_))
+        | (EntityRef::Agent(_), EntityRef::Agent(_))
+        | (EntityRef::Virtual(_), _)
+        | (_, EntityRef::Virtual(_)) => false,
     }
 }
 
@@ -109,7 +112,7 @@ fn body_ref(scene: &Scene, placed: &Placed) -> BodyRef {
     let part = match placed.entity {
         EntityRef::Agent(a) => scene.agents[a].tree.links[placed.index].clone(),
         EntityRef::Object(o) if scene.objects[o].parts.len() > 1 => format!("part {}", placed.index + 1),
-        EntityRef::Object(_) => String::new(),
+        EntityRef::Object(_) | EntityRef::Virtual(_) => String::new(),
     };
     BodyRef {
         entity: placed.entity,

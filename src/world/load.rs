@@ -8,11 +8,11 @@ use super::agents::{self, Agents};
 use super::contact::{Contact, contacts};
 use super::objects::{self, Written};
 use super::table::{self, Table};
-use super::{EntityRef, ObjectState, Scene, State, World, values};
+use super::{EntityRef, ObjectState, Scene, State, VirtualObject, World, values};
 use crate::diag::{Problem, Problems};
 use crate::source::{Files, Sources, Span};
 
-const KEYS: [&str; 6] = ["task", "robots", "humans", "objects", "facts", "state"];
+const KEYS: [&str; 7] = ["task", "robots", "humans", "objects", "virtual", "facts", "state"];
 /// At the start, an overlap up to this depth is a touch [m].
 const TOUCH: f64 = 1e-3;
 
@@ -42,13 +42,15 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let values = values::state(&root, &mut problems);
     let agents = agents::read(&root, path, sources, files, &mut problems);
     let written = objects::read(&root, &mut problems);
+    let virtuals = objects::read_virtual(&root, &mut problems);
     let poses = objects::placement::place(&written, &mut problems);
-    unique_ids(&agents, &written, &mut problems);
+    unique_ids(&agents, &written, &virtuals, &mut problems);
     if problems.has_errors() {
         return (None, problems.sorted());
     }
     let mut spans: Vec<Span> = agents.spans.clone();
     spans.extend(written.iter().map(|w| w.name.span));
+    spans.extend(virtuals.iter().map(|(_, span)| *span));
     let objects: Vec<ObjectState> = poses
         .into_iter()
         .flatten()
@@ -57,6 +59,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let scene = Scene {
         agents: agents.agents,
         objects: written.into_iter().map(|w| w.object).collect(),
+        virtuals: virtuals.into_iter().map(|(v, _)| v).collect(),
     };
     let start = State {
         agents: agents.states,
@@ -97,14 +100,16 @@ fn inside_quotes(text: &str, span: Span) -> Span {
 }
 
 /// An id names one entity: robots, humans and objects share their names.
-fn unique_ids(agents: &Agents, written: &[Written<'_>], problems: &mut Problems) {
+fn unique_ids(agents: &Agents, written: &[Written<'_>], virtuals: &[(VirtualObject, Span)], problems: &mut Problems) {
     let mut first: IndexMap<&str, Span> = IndexMap::new();
     let agents = agents
         .agents
         .iter()
         .zip(&agents.spans)
         .map(|(a, s)| (a.id.as_str(), *s));
-    for (id, span) in agents.chain(written.iter().map(|w| (w.name.text, w.name.span))) {
+    let objects = written.iter().map(|w| (w.name.text, w.name.span));
+    let virtuals = virtuals.iter().map(|(v, span)| (v.id.as_str(), *span));
+    for (id, span) in agents.chain(objects).chain(virtuals) {
         match first.get(id) {
             Some(known) => problems.push(
                 Problem::error(
@@ -128,6 +133,7 @@ fn start_in_collision(scene: &Scene, contacts: &[Contact], spans: &[Span]) -> Op
     let span = |entity: EntityRef| match entity {
         EntityRef::Agent(a) => spans.get(a).copied(),
         EntityRef::Object(o) => spans.get(scene.agents.len() + o).copied(),
+        EntityRef::Virtual(v) => spans.get(scene.agents.len() + scene.objects.len() + v).copied(),
     };
     let depth = deepest.depth * 1000.0;
     let more = match contacts.len() {

@@ -3,7 +3,7 @@
 //! `docs/worlds.md` tells the format. What a file does not give (grasps, stable orientations, supports, the link pairs that may
 //! touch) is computed from the shapes. All problems of all files come at once, each at its place.
 //!
-//! Not here: meshes (a located error), SRDF, containers, virtual objects, sitting humans.
+//! Not here: meshes (a located error), SRDF, containers of another shape than a box, sitting humans.
 
 mod agents;
 mod contact;

@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
 use super::table::{self, Name, Table};
-use super::{Arm, Body, Camera, Gripper, may_touch, pose, problems, urdf};
+use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
 use crate::geom::Pose;
 use crate::geom::kinematics::{JointKind, Tree};
@@ -20,10 +20,12 @@ pub struct Model {
     pub arms: Vec<Arm>,
     pub camera: Option<Camera>,
     pub postures: IndexMap<String, Vec<f64>>,
+    pub base: BaseKind,
 }
 
-const KEYS: [&str; 7] = [
+const KEYS: [&str; 8] = [
     "urdf",
+    "base",
     "acceleration",
     "accelerations",
     "arms",
@@ -107,6 +109,7 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, file: FileId, problems: &mut Probl
     let urdf::Robot { mut tree, bodies } = robot;
     accelerations(root, &mut tree, problems);
     let arms = arms(root, &tree, problems);
+    let base = base_kind(root, problems);
     let camera = root
         .table("camera", "`[camera]`", problems)
         .and_then(|t| camera(&t, &tree, problems));
@@ -148,7 +151,24 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, file: FileId, problems: &mut Probl
         arms,
         camera,
         postures,
+        base,
     }
+}
+
+/// Returns what `base` says; a robot that nobody said can move does not.
+fn base_kind(root: &Table<'_>, problems: &mut Problems) -> BaseKind {
+    const KINDS: [(&str, BaseKind); 2] = [("fixed", BaseKind::Fixed), ("planar", BaseKind::Planar)];
+    let Some(written) = root.text("base", problems) else {
+        return BaseKind::default();
+    };
+    if let Some((_, kind)) = KINDS.iter().find(|(name, _)| *name == written.text) {
+        return *kind;
+    }
+    let known = KINDS.iter().map(|(name, _)| *name);
+    let help = problems::did_you_mean(written.text, "a base is", known).unwrap_or_default();
+    let message = format!("`base` of {} is `{}`", root.place, written.text);
+    problems.push(problems::bad_value(message, written.span, "no such kind of base", help));
+    BaseKind::default()
 }
 
 /// Returns the configuration with every joint at its limit or value nearest to zero.

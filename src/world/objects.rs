@@ -1,19 +1,39 @@
-//! `[objects.ID]`: shapes, supports, stable orientations, grasps, mass and color; where they stand is `placement`'s.
+//! `[objects.ID]`: shapes, supports, stable orientations, grasps, containers, mass and color; where they stand is `placement`'s.
+//! `[virtual.ID]`: a shape and its stable orientations.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 pub mod placement;
 
 use super::table::{Name, Table, Value};
-use super::{Grasp, Object, Part, Stable, Support, grasps, pose, problems, stable, supports};
+use super::{Container, Grasp, Object, Part, Stable, Support, VirtualObject, grasps, pose, problems, stable, supports};
 use crate::diag::{Problem, Problems};
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 use crate::source::Span;
 
-const KEYS: [&str; 19] = [
-    "type", "box", "cylinder", "sphere", "capsule", "parts", "xyz", "rpy", "yaw", "on", "support", "at", "stands",
-    "movable", "supports", "grasps", "stable", "mass", "color",
+const KEYS: [&str; 20] = [
+    "type",
+    "box",
+    "cylinder",
+    "sphere",
+    "capsule",
+    "parts",
+    "xyz",
+    "rpy",
+    "yaw",
+    "on",
+    "support",
+    "at",
+    "stands",
+    "movable",
+    "supports",
+    "grasps",
+    "stable",
+    "containers",
+    "mass",
+    "color",
 ];
+const VIRTUAL_KEYS: [&str; 7] = ["type", "box", "cylinder", "sphere", "capsule", "parts", "stable"];
 const SHAPES: [&str; 4] = ["box", "cylinder", "sphere", "capsule"];
 /// No object is longer than the largest world of the thesis, 25 m, twice over [m].
 const LARGEST: f64 = 50.0;
@@ -42,6 +62,28 @@ pub fn read<'a>(root: &Table<'a>, problems: &mut Problems) -> Vec<Written<'a>> {
     all
 }
 
+/// Reads all virtual objects that have a shape, with the places of their names; problems tell of the others.
+pub fn read_virtual(root: &Table<'_>, problems: &mut Problems) -> Vec<(VirtualObject, Span)> {
+    let mut all = Vec::new();
+    for (name, table) in root.named_tables("virtual", "virtual object", problems) {
+        table.only(&VIRTUAL_KEYS, problems);
+        let ty = table.text("type", problems).map(|t| t.text.to_string());
+        let Some(parts) = parts(&table, problems) else { continue };
+        let listed = listed(&table, "stable", problems, |t, problems| {
+            given_stable(t, &parts, problems)
+        });
+        let stable = listed.unwrap_or_else(|| stable::stable_orientations(&parts));
+        if stable.is_empty() {
+            let message = format!("{} does not stand in any orientation", table.place);
+            let help = "a virtual object is there to be put somewhere: give it a flat face, or list `stable`";
+            problems.push(Problem::error("world::not-stable", message, name.span, "").help(help));
+        }
+        let id = name.text.to_string();
+        all.push((VirtualObject { id, ty, parts, stable }, name.span));
+    }
+    all
+}
+
 fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<Object> {
     let ty = table.text("type", problems).map(|t| t.text.to_string());
     let color = pose::color(table, problems).unwrap_or(pose::GREY);
@@ -53,6 +95,7 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
     }
     let listed_supports = listed(table, "supports", problems, support);
     let listed_grasps = listed(table, "grasps", problems, grasp);
+    let containers = listed(table, "containers", problems, container).unwrap_or_default();
     let parts = parts(table, problems)?;
     let listed_stable = listed(table, "stable", problems, |t, problems| {
         given_stable(t, &parts, problems)
@@ -83,6 +126,7 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
         supports,
         stable,
         grasps,
+        containers,
         mass: mass.map_or(volume * DENSITY, |(m, _)| m),
         color,
     })
@@ -240,6 +284,28 @@ fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
     ok.then_some(Support {
         name: name?,
         X_OF,
+        half: sides.map(|s| s / 2.0),
+    })
+}
+
+fn container(table: &Table<'_>, problems: &mut Problems) -> Option<Container> {
+    table.only(&["name", "xyz", "rpy", "yaw", "size"], problems);
+    let name = entry_name(table, problems);
+    let X_OC = pose::read(table, problems);
+    if !table.has("size") {
+        problems.push(problems::missing_key(
+            "size",
+            &table.place,
+            "size = [0.3, 0.2, 0.15]",
+            table.span,
+        ));
+    }
+    let (sides, span) = table.vector::<3>("size", problems)?;
+    let place = &table.place;
+    let ok = sides.iter().all(|side| size(*side, "wide", place, span, problems));
+    ok.then_some(Container {
+        name: name?,
+        X_OC,
         half: sides.map(|s| s / 2.0),
     })
 }

@@ -17,7 +17,7 @@ pub struct World {
     pub shared: Vec<(String, String, crate::source::Span)>,
     /// `[state]`: initial symbolic values: entity, attribute, value.
     pub values: Vec<InitialValue>,
-    /// Where each entity is declared: agents first, then objects, in the order of the scene.
+    /// Where each entity is declared: agents first, then objects, then virtual ones, in the order of the scene.
     pub spans: Vec<crate::source::Span>,
 }
 
@@ -65,20 +65,25 @@ pub struct Scene {
     pub agents: Vec<Agent>,
     /// In the order of the file.
     pub objects: Vec<Object>,
+    /// In the order of the file. They are nowhere: nothing touches, sees or draws them.
+    pub virtuals: Vec<VirtualObject>,
 }
 
-/// A body that something can touch, stand on or see.
+/// What an id of a world file names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum EntityRef {
     Agent(usize),
     Object(usize),
+    Virtual(usize),
 }
 
 impl Scene {
-    /// Returns the agent or object of that id.
+    /// Returns the agent, object or virtual object of that id.
     pub fn find(&self, id: &str) -> Option<EntityRef> {
         let agent = self.agents.iter().position(|a| a.id == id).map(EntityRef::Agent);
-        agent.or_else(|| self.objects.iter().position(|o| o.id == id).map(EntityRef::Object))
+        agent
+            .or_else(|| self.objects.iter().position(|o| o.id == id).map(EntityRef::Object))
+            .or_else(|| self.virtuals.iter().position(|v| v.id == id).map(EntityRef::Virtual))
     }
 
     /// Returns its id.
@@ -86,6 +91,7 @@ impl Scene {
         match entity {
             EntityRef::Agent(a) => &self.agents[a].id,
             EntityRef::Object(o) => &self.objects[o].id,
+            EntityRef::Virtual(v) => &self.virtuals[v].id,
         }
     }
 }
@@ -114,6 +120,18 @@ pub struct Agent {
     pub camera: Option<Camera>,
     /// Named configurations, full `q` of the tree.
     pub postures: IndexMap<String, Vec<f64>>,
+    /// Whether it can go elsewhere.
+    pub base: BaseKind,
+}
+
+/// How an agent's base moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BaseKind {
+    /// Not at all.
+    #[default]
+    Fixed,
+    /// On the floor, in every direction, turning on the spot.
+    Planar,
 }
 
 /// A shape fixed to a link L of an agent.
@@ -196,9 +214,32 @@ pub struct Object {
     pub supports: Vec<Support>,
     pub stable: Vec<Stable>,
     pub grasps: Vec<Grasp>,
+    /// Where other things can be inside of it.
+    pub containers: Vec<Container>,
     /// [kg]
     pub mass: f64,
     pub color: [f32; 4],
+}
+
+/// A hollow of an object: a box in which things can be.
+#[derive(Debug, Clone)]
+pub struct Container {
+    pub name: String,
+    /// Pose of the box's frame in the object frame: origin at its centre.
+    pub X_OC: Pose,
+    /// Half of its sides along the axes of C [m].
+    pub half: [f64; 3],
+}
+
+/// A shape to ask with, "would something like this fit there?" (thesis 4.4.1): it has no place in the world.
+#[derive(Debug, Clone)]
+pub struct VirtualObject {
+    pub id: String,
+    /// Type of the entity in the domain, if the file gives one.
+    pub ty: Option<String>,
+    /// Convex parts, each with its pose in the object frame O.
+    pub parts: Vec<Part>,
+    pub stable: Vec<Stable>,
 }
 
 /// A convex part of an object.

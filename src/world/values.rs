@@ -9,7 +9,16 @@ use crate::diag::{Problem, Problems};
 use crate::source::Span;
 
 /// The facts that the geometry of a state gives.
-pub const FACTS: [&str; 4] = ["isOn", "hasInHand", "isReachable", "isVisible"];
+pub const FACTS: [&str; 8] = [
+    "isOn",
+    "isIn",
+    "isNextTo",
+    "isBigger",
+    "isSmaller",
+    "hasInHand",
+    "isReachable",
+    "isVisible",
+];
 
 /// Reads `[facts]`: `"Type.attribute" = "isOn"`, or `attribute = "isOn"`.
 pub fn facts(root: &Table<'_>, problems: &mut Problems) -> Vec<(String, String, Span)> {

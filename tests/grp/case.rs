@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use sgap::diag::render;
-use sgap::engine::{Call, Formula, Projection, Reasoner};
+use sgap::engine::{Call, Formula, Projection, Reasoner, Request};
 use sgap::geom::Pose;
 use sgap::grp::{Fact, Grp, Settings};
 use sgap::ir::{Domain, Value};
@@ -180,6 +180,24 @@ impl Case {
                 constraints: &Formula::TRUE,
             },
         )
+    }
+
+    /// Asks a request or a fact about entities.
+    pub fn ask(&self, grp: &mut Grp<'_>, name: &str, args: &[&str]) -> Option<Value> {
+        let args: Vec<Value> = args.iter().map(|a| self.value(a)).collect();
+        grp.request(&self.domain, &Request { name, args: &args })
+    }
+
+    /// Says what a request about the start answers: a truth value.
+    pub fn says(&self, name: &str, args: &[&str]) -> Option<bool> {
+        match self.ask(&mut self.grp(0), name, args)? {
+            Value::Bool(b) => Some(b),
+            other => panic!("{name} answers {other:?}"),
+        }
+    }
+
+    pub fn value(&self, entity: &str) -> Value {
+        Value::Entity(self.domain.entity(entity).unwrap())
     }
 
     /// Returns what a shared attribute of an entity says, as the language writes it.

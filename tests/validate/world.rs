@@ -137,6 +137,7 @@ fn gantry() -> Agent {
         }],
         camera: None,
         postures: IndexMap::new(),
+        base: sgap::world::BaseKind::Fixed,
     }
 }
 
@@ -179,6 +180,7 @@ fn human() -> Agent {
             range: 3.0,
         }),
         postures: IndexMap::new(),
+        base: sgap::world::BaseKind::Fixed,
     }
 }
 
@@ -202,6 +204,7 @@ fn cube(id: &str) -> Object {
             X_OT: down(),
             width: 2.0 * HALF,
         }],
+        containers: vec![],
         mass: 0.2,
         color: [1.0, 0.0, 0.0, 1.0],
     }
@@ -223,6 +226,7 @@ fn table() -> Object {
         }],
         stable: vec![],
         grasps: vec![],
+        containers: vec![],
         mass: 20.0,
         color: [0.6, 0.4, 0.2, 1.0],
     }
@@ -234,6 +238,7 @@ pub fn world() -> World {
         scene: Scene {
             agents: vec![gantry(), human()],
             objects: vec![cube("RED"), cube("BLUE"), table()],
+            virtuals: vec![],
         },
         start: State {
             agents: vec![

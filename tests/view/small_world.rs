@@ -183,6 +183,7 @@ fn arm() -> Agent {
         }],
         camera: None,
         postures: IndexMap::new(),
+        base: sgap::world::BaseKind::Fixed,
     }
 }
 
@@ -199,6 +200,7 @@ fn object(id: &str, half: [f64; 3], movable: bool, color: [f32; 4]) -> Object {
         supports: vec![],
         stable: vec![],
         grasps: vec![],
+        containers: vec![],
         mass: 0.1,
         color,
     }

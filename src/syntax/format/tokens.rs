@@ -46,14 +46,10 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut places: Vec<(usize, usize)> = Vec::with_capacity(layout.tokens.len() + layout.comments.len());
     let mut comments = layout.comments.iter().copied().peekable();
     for (start, end) in layout.tokens {
-        // What lies within a number is no token of its own.
-        if places.last().is_some_and(|last| start < last.1) {
-            continue;
-        }
         while let Some(comment) = comments.next_if(|c| c.0 < start) {
             places.push(comment);
         }
-        places.push((start, number_end(text, start).unwrap_or(end).max(end)));
+        places.push((start, end));
     }
     places.extend(comments);
 
@@ -98,25 +94,4 @@ fn kind(piece: &str) -> Kind {
     } else {
         Kind::Mark
     }
-}
-
-/// Returns where the number that starts at `start` ends, with its fraction and its exponent.
-fn number_end(text: &str, start: usize) -> Option<usize> {
-    let bytes = text.as_bytes();
-    let digits = |mut at: usize| {
-        let from = at;
-        while bytes.get(at).is_some_and(u8::is_ascii_digit) {
-            at += 1;
-        }
-        (at > from).then_some(at)
-    };
-    let mut end = digits(start)?;
-    if bytes.get(end) == Some(&b'.') {
-        end = digits(end + 1).unwrap_or(end);
-    }
-    if matches!(bytes.get(end), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        end = digits(end + 1 + sign).unwrap_or(end);
-    }
-    Some(end)
 }

@@ -2,10 +2,10 @@
 
 use pest::iterators::{Pair, Pairs};
 
-use super::Rule;
 use super::parts::parts;
+use super::{Place, Rule};
 use crate::diag::{Problem, Problems};
-use crate::source::{FileId, Span};
+use crate::source::Span;
 use crate::syntax::ast::*;
 
 /// Operators of one expression with all within it. HEURISTIC: trees are walked by recursion; a sum of 200 terms is no formula
@@ -14,10 +14,11 @@ const MAX_OPERATORS: usize = 200;
 /// Steps of one path; each is a level of recursion.
 const MAX_STEPS: usize = 32;
 
-/// Reads pairs of a text that starts at `offset` of `file`.
+/// Reads pairs of a part of a file.
 pub(super) struct Builder<'p> {
-    file: FileId,
-    offset: usize,
+    place: &'p Place<'p>,
+    /// Where the part starts in the text that the grammar sees [bytes].
+    start: usize,
     problems: &'p mut Problems,
     /// Within an expression, and how many operators it has had so far.
     is_inside: bool,
@@ -25,10 +26,10 @@ pub(super) struct Builder<'p> {
 }
 
 impl<'p> Builder<'p> {
-    pub(super) fn new(file: FileId, offset: usize, problems: &'p mut Problems) -> Self {
+    pub(super) fn new(place: &'p Place<'p>, start: usize, problems: &'p mut Problems) -> Self {
         Builder {
-            file,
-            offset,
+            place,
+            start,
             problems,
             is_inside: false,
             n_operators: 0,
@@ -39,7 +40,7 @@ impl<'p> Builder<'p> {
         let span = pair.as_span();
         // pest counts the white space before a missing optional part as the rule's own.
         let end = span.start() + pair.as_str().trim_end().len();
-        Span::new(self.file, self.offset + span.start(), self.offset + end)
+        self.place.span_of(self.start + span.start(), self.start + end)
     }
 
     fn name(&self, pair: Pair<'_, Rule>) -> Name {
@@ -347,7 +348,7 @@ impl<'p> Builder<'p> {
                 match p.next() {
                     None => TestKind::Holds(left),
                     Some(op) => TestKind::Compare {
-                        op: self.test_op(parts(op).want()),
+                        op: self.test_op(&op),
                         left,
                         right: self.expr(p.want()),
                     },
@@ -358,23 +359,23 @@ impl<'p> Builder<'p> {
         Test { kind, span }
     }
 
-    fn test_op(&mut self, pair: Pair<'_, Rule>) -> TestOp {
-        match pair.as_rule() {
-            Rule::op_equal => TestOp::Equal,
-            Rule::op_not_equal => TestOp::NotEqual,
-            Rule::op_less => TestOp::Less,
-            Rule::op_less_equal => TestOp::LessEqual,
-            Rule::op_greater => TestOp::Greater,
-            Rule::op_greater_equal => TestOp::GreaterEqual,
-            Rule::op_member => TestOp::Member,
-            Rule::op_not_member => TestOp::NotMember,
-            Rule::compat_assign => {
+    fn test_op(&mut self, pair: &Pair<'_, Rule>) -> TestOp {
+        match pair.as_str() {
+            "==" => TestOp::Equal,
+            "!=" => TestOp::NotEqual,
+            "<" => TestOp::Less,
+            "<=" => TestOp::LessEqual,
+            ">" => TestOp::Greater,
+            ">=" => TestOp::GreaterEqual,
+            ">>" => TestOp::Member,
+            "!>>" => TestOp::NotMember,
+            "=" => {
                 let message = "`=` assigns, and this is a test";
-                let problem = Problem::error("hatp::assign-in-test", message, self.span(&pair), "this sets a value");
+                let problem = Problem::error("hatp::assign-in-test", message, self.span(pair), "this sets a value");
                 self.problems.push(problem.help("write `==` to compare"));
                 TestOp::Equal
             }
-            other => unreachable!("builder: {other:?} is no comparison"),
+            other => unreachable!("builder: `{other}` is no comparison"),
         }
     }
 
@@ -413,12 +414,12 @@ impl<'p> Builder<'p> {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let target = self.path(p.want());
-        let op = parts(p.want()).want();
+        let op = p.want();
         let op_span = self.span(&op);
-        let op = match op.as_rule() {
-            Rule::op_add => AssignOp::Add,
-            Rule::op_remove => AssignOp::Remove,
-            Rule::compat_equal => {
+        let op = match op.as_str() {
+            "<<=" => AssignOp::Add,
+            "=>>" => AssignOp::Remove,
+            "==" => {
                 let message = "`==` compares, and this sets a value";
                 let problem = Problem::error("hatp::compare-in-effect", message, op_span, "this compares");
                 self.problems.push(problem.help("write `=` to set the value"));
@@ -454,7 +455,7 @@ impl<'p> Builder<'p> {
         let mut p = parts(pair);
         Call {
             name: self.name(p.want()),
-            args: p.map(|a| self.expr(a)).collect(),
+            args: parts(p.want()).map(|a| self.expr(a)).collect(),
             span,
         }
     }
@@ -465,19 +466,18 @@ impl<'p> Builder<'p> {
         if !self.is_inside {
             (self.is_inside, self.n_operators) = (true, 0);
         }
-        let expr = self.chain(pair);
+        let expr = self.operands(pair);
         if !outer.0 {
             (self.is_inside, self.n_operators) = outer;
         }
         expr
     }
 
-    /// Reads `expr` or `term`: operands with operators between them, from left to right.
-    fn chain(&mut self, pair: Pair<'_, Rule>) -> Expr {
-        let is_expr = pair.as_rule() == Rule::expr;
+    /// Reads operands with operators between them, from left to right; `*` and `/` bind tighter than `+` and `-`.
+    fn operands(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let mut p = parts(pair);
-        let operand = |this: &mut Self, pair| if is_expr { this.chain(pair) } else { this.factor(pair) };
-        let mut left = operand(self, p.want());
+        let mut sum: Option<(Expr, ArithmeticOp)> = None;
+        let mut product = self.operand(p.want());
         while let Some(op) = p.next() {
             self.n_operators += 1;
             if self.n_operators > MAX_OPERATORS {
@@ -486,36 +486,31 @@ impl<'p> Builder<'p> {
                 self.problems.push(problem.help("name parts of it with functions"));
                 break;
             }
-            let op = match op.as_rule() {
-                Rule::plus => ArithmeticOp::Add,
-                Rule::minus => ArithmeticOp::Subtract,
-                Rule::star => ArithmeticOp::Multiply,
+            let op = match op.as_str() {
+                "+" => ArithmeticOp::Add,
+                "-" => ArithmeticOp::Subtract,
+                "*" => ArithmeticOp::Multiply,
                 _ => ArithmeticOp::Divide,
             };
-            let right = operand(self, p.want());
-            let span = left.span.to(right.span);
-            left = Expr {
-                kind: ExprKind::Arithmetic {
-                    op,
-                    left: Box::new(left),
-                    right: Box::new(right),
-                },
-                span,
-            };
+            let right = self.operand(p.want());
+            if matches!(op, ArithmeticOp::Multiply | ArithmeticOp::Divide) {
+                product = arithmetic(product, op, right);
+            } else {
+                sum = Some((added(sum, product), op));
+                product = right;
+            }
         }
-        left
+        added(sum, product)
     }
 
-    fn factor(&mut self, pair: Pair<'_, Rule>) -> Expr {
-        let span = self.span(&pair);
-        let mut p = parts(pair);
-        let negative = p.take_if(Rule::minus).is_some();
-        let primary = self.primary(p.want());
-        if !negative {
-            return primary;
+    fn operand(&mut self, pair: Pair<'_, Rule>) -> Expr {
+        if pair.as_rule() != Rule::negated {
+            return self.primary(pair);
         }
+        let span = self.span(&pair);
+        let inner = self.primary(parts(pair).want());
         Expr {
-            kind: ExprKind::Negate(Box::new(primary)),
+            kind: ExprKind::Negate(Box::new(inner)),
             span,
         }
     }
@@ -553,11 +548,36 @@ impl<'p> Builder<'p> {
                     }
                 }
             }
-            Rule::call => ExprKind::Call(self.call(pair)),
-            Rule::path => ExprKind::Path(self.path(pair)),
+            Rule::named => {
+                let is_call = pair.clone().into_inner().any(|p| p.as_rule() == Rule::args);
+                if is_call {
+                    ExprKind::Call(self.call(pair))
+                } else {
+                    ExprKind::Path(self.path(pair))
+                }
+            }
             other => unreachable!("builder: {other:?} is no value"),
         };
         Expr { kind, span }
+    }
+}
+
+fn added(sum: Option<(Expr, ArithmeticOp)>, product: Expr) -> Expr {
+    match sum {
+        Some((left, op)) => arithmetic(left, op, product),
+        None => product,
+    }
+}
+
+fn arithmetic(left: Expr, op: ArithmeticOp, right: Expr) -> Expr {
+    let span = left.span.to(right.span);
+    Expr {
+        kind: ExprKind::Arithmetic {
+            op,
+            left: Box::new(left),
+            right: Box::new(right),
+        },
+        span,
     }
 }
 

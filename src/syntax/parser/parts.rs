@@ -1,16 +1,20 @@
 //! The parts of a pair without the words and marks that are always the same.
 
-use pest::iterators::Pair;
+use pest::iterators::{Pair, Pairs};
 
 use super::Rule;
 
 /// The parts of a pair that carry meaning.
-pub(super) struct Parts<'i>(std::iter::Peekable<std::vec::IntoIter<Pair<'i, Rule>>>);
+pub(super) struct Parts<'i> {
+    pairs: Pairs<'i, Rule>,
+    /// Already taken from `pairs`.
+    next: Option<Pair<'i, Rule>>,
+}
 
 impl<'i> Parts<'i> {
     /// Returns the next part, which the grammar promises.
     pub(super) fn want(&mut self) -> Pair<'i, Rule> {
-        match self.0.next() {
+        match self.next() {
             Some(pair) => pair,
             None => unreachable!("builder: the grammar promises one more part"),
         }
@@ -18,21 +22,25 @@ impl<'i> Parts<'i> {
 
     /// Returns the next part if it is of that rule.
     pub(super) fn take_if(&mut self, rule: Rule) -> Option<Pair<'i, Rule>> {
-        self.0.next_if(|p| p.as_rule() == rule)
+        self.next = self.next();
+        self.next.take_if(|p| p.as_rule() == rule)
     }
 }
 
 impl<'i> Iterator for Parts<'i> {
     type Item = Pair<'i, Rule>;
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next()
+        let next = self.next.take();
+        next.or_else(|| self.pairs.find(|p| !is_fixed(p.as_rule())))
     }
 }
 
 /// Splits a pair; brackets, separators and words that only introduce are left out.
 pub(super) fn parts(pair: Pair<'_, Rule>) -> Parts<'_> {
-    let kept: Vec<_> = pair.into_inner().filter(|p| !is_fixed(p.as_rule())).collect();
-    Parts(kept.into_iter().peekable())
+    Parts {
+        pairs: pair.into_inner(),
+        next: None,
+    }
 }
 
 /// Says whether the rule's text is always the same and says nothing that the rule around it does not say.
@@ -46,11 +54,10 @@ fn is_fixed(rule: Rule) -> bool {
             | Rule::lbracket
             | Rule::rbracket
             | Rule::semi
-            | Rule::skipped_semi
-            | Rule::stray_semi
             | Rule::comma
             | Rule::colon
             | Rule::dot
+            | Rule::minus
             | Rule::EOI
             | Rule::kw_factdatabase
             | Rule::kw_htn
