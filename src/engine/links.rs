@@ -29,11 +29,11 @@ pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
     let mut reduction = Reduction::default();
     let mut links = Vec::new();
     let (mut needs, mut candidates) = (Vec::new(), Vec::new());
-    for after in 0..found.steps.len() {
+    for (after, ordered) in ordered.iter().enumerate() {
         dependencies.of_step(found, after, &mut needs);
         candidates.clear();
         candidates.extend(needs.iter().map(|(before, _)| *before));
-        candidates.extend_from_slice(&ordered[after]);
+        candidates.extend_from_slice(ordered);
         for before in reduction.add(&mut candidates) {
             let mut reasons: Vec<LinkReason> = Vec::new();
             for (_, why) in needs.iter().filter(|(b, _)| *b == before) {
@@ -47,7 +47,7 @@ pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
                 }
             }
             // What the domain orders further back is implied by what it orders right before.
-            if ordered[after].contains(&before) {
+            if ordered.contains(&before) {
                 reasons.push(LinkReason::Order);
             }
             let before = before as usize;

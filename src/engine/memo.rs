@@ -186,7 +186,7 @@ impl Search<'_> {
     /// Returns the fingerprint of the symbolic state and all that is to be done, with `node` first.
     fn print_of_all(&mut self, node: Option<u32>) -> Print {
         let state = self.context.state.print();
-        let (prepared, tree) = (&*self.prepared, &self.tree);
+        let (prepared, tree) = (self.prepared, &self.tree);
         let of_frame = |cell: &Cell| {
             let frame = tree.nodes[cell.node as usize].frame as usize;
             let live = &prepared.order(cell.order).live;
