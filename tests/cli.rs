@@ -7,10 +7,10 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
-#[path = "cli/problems.rs"]
-mod problems;
 #[path = "cli/fmt.rs"]
 mod fmt;
+#[path = "cli/problems.rs"]
+mod problems;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
 
