@@ -213,7 +213,7 @@ fn without_a_plan_the_code_tells_how_far_the_search_came() {
 fn wrong_usage_is_told_from_wrong_input() {
     let lab = Lab::new();
     for arguments in [
-        vec!["plan", "cup.hatp"],
+        vec!["plan"],
         vec!["plna", "cup.hatp", "cup.toml"],
         plan(&["--branching", "0"]),
         plan(&["--timeout", "-1"]),
