@@ -164,13 +164,17 @@ impl<'a> Search<'a> {
         let Some(Binder::Select { var_name, ty, .. }) = self.binder(node, binder) else {
             return Flow::Back;
         };
-        self.refuse(Kind::NoBinding, node, &[u64::from(binder)], |search| {
-            Refusal::NoBinding {
+        let which = self.tree.nodes[node as usize].decomposition;
+        self.refuse(
+            Kind::NoBinding,
+            node,
+            &[u64::from(which), u64::from(binder)],
+            |search| Refusal::NoBinding {
                 task: search.show(node),
                 variable: var_name.clone(),
                 candidates: domain.types[ty.index()].entities.len(),
-            }
-        })
+            },
+        )
     }
 
     fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {

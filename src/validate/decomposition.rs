@@ -177,6 +177,7 @@ impl<'a> Walk<'a> {
 
     /// Returns where the parent of node `i` is among the tasks at work. In blocks, all below it ends.
     fn parent(&mut self, i: usize, node: &Node) -> Checked<Option<usize>> {
+        self.under = self.path.len().checked_sub(1);
         let wrong = |what| Err(shape(what).under_task(&format!("{}({})", node.task, node.arguments.join(", "))));
         match node.parent {
             None if i == 0 => return Ok(None),
@@ -188,7 +189,6 @@ impl<'a> Walk<'a> {
             }
             Some(_) => {}
         }
-        self.under = self.path.len().checked_sub(1);
         if self.replayed.interleaved {
             let at = self.path.binary_search_by_key(&node.parent, |open| Some(open.node));
             return Ok(at.ok());
