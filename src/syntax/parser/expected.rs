@@ -85,6 +85,7 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
         let near = text_of(before).and_then(|w| misspelt(w, false))?;
         (missing.is_none() || text_of(before).is_some_and(|w| near.eq_ignore_ascii_case(w))).then_some(near)
     };
+    let quantifier = || before.and_then(|before| misspelt_quantifier(before, next, place));
     let near = if words.iter().any(|w| is_keyword(&w)) {
         // Where any clause may stand they are not all named.
         let has = |w: &str| words.contains(&w);
@@ -92,9 +93,11 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
             |near: &&'static str| has(&format!("`{near}`")) || group(near) == Some(Group::Clause) && has(ANY_CLAUSE);
         found_is().filter(fits).or_else(before_is)
     } else {
-        before_is().or_else(found_is)
+        before_is().or_else(quantifier).or_else(found_is)
     };
-    problem = problem.maybe_help(help.or_else(|| near.map(|near| format!("did you mean `{near}`?"))));
+    let near = near.map(|near| format!("did you mean `{near}`?"));
+    let other = || instead(&words, before.unwrap_or_default(), found?, place).map(str::to_owned);
+    problem = problem.maybe_help(help.or(near).or_else(other));
     if let (None, Some((s, e))) = (next, layout.unclosed.last()) {
         problem = problem.note(place.span(*s, *e), "this is not closed");
     }
@@ -198,6 +201,58 @@ fn foreign(found: &str) -> Option<&'static str> {
         "!" => Some("write `NOT { ... };`"),
         _ => None,
     }
+}
+
+/// Returns what to write for what other languages allow, or another place of this one; `last` stands before `found`.
+fn instead(words: &[&str], last: Token, found: &str, place: &Place<'_>) -> Option<&'static str> {
+    let has = |w: &str| words.contains(&w);
+    let before = place.text.get(last.0..last.1)?;
+    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+    match found {
+        "." if is_number(before) || has("a value") => Some("a point stands between digits: `0.5`, `1.0`"),
+        "+" | "-" | "*" | "/" if has("`=`") => Some("write out the new value: `A.n = A.n + 1;`"),
+        "preconditions" | "subtasks" if has("`goal`") => {
+            Some("a decomposition stands in braces of its own: `{ preconditions { ... } subtasks { ... } }`")
+        }
+        "==" | "!=" | "<" | ">" | "<=" | ">=" if has("`)`") && !is_in_call(last, place) => {
+            Some("a comparison stands in no parentheses, and ends with `;`")
+        }
+        "define" if has("`factdatabase`") => Some("types and attributes are declared in `factdatabase { ... }`"),
+        _ if before == "import" => Some("the path stands in quotes: `import \"file.hatp\";`"),
+        _ if before == "=" && has("`SELECT`") => Some("a value is named with `let`: `let X = A.attribute;`"),
+        _ => None,
+    }
+}
+
+/// Says whether the innermost bracket around the end of a token holds the arguments of a call.
+fn is_in_call(last: Token, place: &Place<'_>) -> bool {
+    let tokens = &place.layout.tokens;
+    let text_of = |token: &Token| place.text.get(token.0..token.1).unwrap_or_default();
+    let mut n_closed = 0;
+    let n = tokens.partition_point(|t| t.0 <= last.0);
+    for (i, token) in tokens.iter().enumerate().take(n).skip(1).rev() {
+        match text_of(token) {
+            ")" => n_closed += 1,
+            "(" if n_closed > 0 => n_closed -= 1,
+            "(" => {
+                let name = tokens.get(i - 1).map(text_of).unwrap_or_default();
+                return name.starts_with(|c: char| c.is_ascii_alphabetic());
+            }
+            _ => {}
+        }
+    }
+    false
+}
+
+/// Returns the quantifier that was meant before `(T x`: any other word there is a call, with values in its parentheses.
+fn misspelt_quantifier(ty: Token, variable: Option<Token>, place: &Place<'_>) -> Option<&'static str> {
+    let text_of = |token: Token| place.text.get(token.0..token.1);
+    let before = |token: Token| place.layout.around(token.0).0;
+    let is_word = |text: &str| text.starts_with(|c: char| c.is_ascii_alphabetic());
+    let bracket = before(ty)?;
+    let is_declaration = is_word(text_of(ty)?) && is_word(text_of(variable?)?) && text_of(bracket)? == "(";
+    let near = misspelt(text_of(before(bracket)?)?, false)?;
+    (is_declaration && ["FORALL", "EXIST"].contains(&near)).then_some(near)
 }
 
 /// Returns the keyword that the word was meant to be; before a brace, three letters are enough to tell.
