@@ -8,6 +8,7 @@ use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
+use crate::syntax::ast::Unread;
 use crate::world::{self, Literal, World};
 
 /// Which files and which task, as the user names them.
@@ -63,12 +64,17 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
     let (read, found) = domain::read(paths.domain, paths.with, sources, files);
     problems.extend(found);
     let Some(read) = read else { return (None, problems) };
-    let Some(world) = world.filter(|_| !read.is_broken) else {
-        problems.0.extend(sure(&read));
+    let Some(world) = world else {
+        problems.0.extend(sure(&read, None));
         return (None, problems);
     };
     let named = paths.task.or(world.task.as_ref().map(|(text, _)| text.as_str()));
-    let (domain, mut check_problems) = check::compile(&read.asts, &given(&world, named));
+    let given = given(&world, named);
+    if !read.unread.is_empty() {
+        problems.0.extend(sure(&read, Some(&given)));
+        return (None, problems);
+    }
+    let (domain, mut check_problems) = check::compile(&read.asts, &given);
     if paths.world.is_none() {
         // Then nothing overrules the domain's own values.
         check_problems.0.retain(|p| p.code != "hatp::overruled");
@@ -120,8 +126,8 @@ fn confused(paths: &Paths<'_>) -> Option<Problem> {
 pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
     let (read, mut problems) = domain::read(paths.domain, paths.with, sources, files);
     let Some(read) = read else { return (None, problems) };
-    if read.is_broken {
-        problems.0.extend(sure(&read));
+    if !read.unread.is_empty() {
+        problems.0.extend(sure(&read, Some(&Given::default())));
         return (None, problems);
     }
     let (domain, mut found) = check::compile(&read.asts, &Given::default());
@@ -131,19 +137,31 @@ pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files)
     (domain.filter(|_| !problems.has_errors()), problems)
 }
 
-/// Returns the errors of a domain that stand whatever its broken world or its broken lines would have declared.
+/// Returns the errors of a domain that stand whatever its unread parts would have declared; `given` is `None` if the world can't be
+/// read either.
 ///
 /// Names that only those would have declared are not worth an error each, and warnings can wait.
-fn sure(read: &DomainFiles) -> Vec<Problem> {
-    let (_, problems) = check::compile(&read.asts, &Given::default());
-    let declared_elsewhere = |code: &str| match code {
-        // A world declares entities only.
-        "hatp::unknown-name" => true,
-        _ => read.is_broken && code.split("::").any(|name| name.starts_with("unknown")),
-    };
+fn sure(read: &DomainFiles, given: Option<&Given>) -> Vec<Problem> {
+    let (_, problems) = check::compile(&read.asts, given.unwrap_or(&Given::default()));
     let mut sure = problems.0;
-    sure.retain(|p| p.severity == Severity::Error && !declared_elsewhere(p.code));
+    sure.retain(|p| {
+        let is_elsewhere = match p.code {
+            // A world declares entities only.
+            "hatp::unknown-name" => given.is_none(),
+            _ => false,
+        };
+        p.severity == Severity::Error && !is_elsewhere && !may_declare(&read.unread, p.code)
+    });
     sure
+}
+
+/// Says whether what a problem with this code misses may stand in an unread part. Of attributes the checker knows more.
+fn may_declare(unread: &Unread, code: &str) -> bool {
+    match code {
+        "hatp::unknown-task" => unread.tasks || unread.anything,
+        "hatp::unknown-function" | "hatp::unknown-fact" => unread.functions || unread.anything,
+        _ => unread.anything && code.split("::").any(|name| name.starts_with("unknown")),
+    }
 }
 
 /// Returns what the world declares, in the checker's terms; `task` is the text of the task to plan.

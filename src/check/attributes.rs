@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::names::{Names, Question};
 use super::{Given, kinds::Kind, problems};
 use crate::diag::Problems;
-use crate::ir::{self, Base, Domain, EntityId, TypeId};
+use crate::ir::{self, Base, EntityId, TypeId};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name};
 
@@ -141,7 +141,7 @@ impl Names {
         let params: Vec<String> = signature
             .params
             .iter()
-            .map(|(n, k)| format!("{} {n}", word_of(*k, &self.domain)))
+            .map(|(n, k)| format!("{} {n}", k.declared(&self.domain)))
             .collect();
         let shown = format!("{fact}({})", params.join(", "));
         let kinds: Vec<Kind> = signature.params.iter().map(|p| p.1).collect();
@@ -237,22 +237,24 @@ impl Names {
     /// Returns the attribute, or reports it with the nearest of those that `ty` has.
     pub(super) fn attribute_named(&self, ty: TypeId, name: &Name, problems: &mut Problems) -> Option<ir::AttributeId> {
         let found = self.attribute_of(ty, &name.text);
-        if found.is_none() {
+        let mut open = self.open_types.iter();
+        if found.is_none() && !open.any(|open| self.domain.is_subtype(ty, *open)) {
             let own = self.domain.attributes.iter().zip(&self.attribute_spans);
             let own = own.filter(|(a, _)| self.domain.is_subtype(ty, a.owner));
             let candidates = own.map(|(a, span)| (a.name.as_str(), *span));
             let owner = self.domain.types.get(ty.index()).map_or("?", |t| t.name.as_str());
-            problems.push(problems::unknown_attribute(owner, &name.text, name.span, candidates));
+            let below = self
+                .domain
+                .attributes
+                .iter()
+                .find(|a| a.name == name.text && self.domain.is_subtype(a.owner, ty));
+            let below = below
+                .and_then(|a| self.domain.types.get(a.owner.index()))
+                .map(|t| t.name.as_str());
+            problems.push(problems::unknown_attribute(
+                owner, &name.text, name.span, candidates, below,
+            ));
         }
         found
-    }
-}
-
-/// How the prelude writes the kind.
-fn word_of(kind: Kind, domain: &Domain) -> String {
-    if kind == Kind::Any {
-        "any".into()
-    } else {
-        kind.declared(domain)
     }
 }

@@ -85,14 +85,14 @@ impl Walk<'_> {
         inside: impl FnOnce(&mut Self) -> T,
     ) -> (Var, Option<ir::TypeId>, T) {
         let ty = self.names.type_named(ty, self.problems);
-        self.refuse_shadowing(name);
+        let kind = self.unless_shadowing(name, ty.map_or(Kind::Unknown, Kind::Entity));
         let var = Var(self.scope.next_quantified);
         self.scope.next_quantified += 1;
         self.scope.n_vars = self.scope.n_vars.max(self.scope.next_quantified);
         self.scope.bound.push(Bound {
             name: name.clone(),
             var,
-            kind: ty.map_or(Kind::Unknown, Kind::Entity),
+            kind,
         });
         let out = inside(self);
         self.scope.bound.pop();
@@ -100,12 +100,15 @@ impl Walk<'_> {
         (var, ty, out)
     }
 
-    /// Reports a variable that would hide another.
-    pub(super) fn refuse_shadowing(&mut self, name: &Name) {
-        if let Some(first) = self.scope.bound.iter().find(|b| b.name.text == name.text) {
-            let problem = problems::duplicate("variable", &name.text, name.span, Some(first.name.span));
-            self.problems.push(problem);
-        }
+    /// Returns the kind of a new variable. One that would hide another is reported, and then fits everywhere: which of the
+    /// two is meant is not known.
+    pub(super) fn unless_shadowing(&mut self, name: &Name, kind: Kind) -> Kind {
+        let Some(first) = self.scope.bound.iter().find(|b| b.name.text == name.text) else {
+            return kind;
+        };
+        let problem = problems::duplicate("variable", &name.text, name.span, Some(first.name.span));
+        self.problems.push(problem);
+        Kind::Unknown
     }
 
     /// Returns an expression that must be of kind `wanted`.
@@ -283,7 +286,10 @@ impl Walk<'_> {
             name.span,
             variables.chain(entities),
         );
-        if problem.help.is_none() {
+        let constants = ["true", "false", "NULL"];
+        if let Some(constant) = constants.iter().find(|c| c.eq_ignore_ascii_case(&name.text)) {
+            problem = problem.help(format!("write `{constant}`"));
+        } else if problem.help.is_none() {
             problem = problem.help(format!(
                 "declare the entity in `factdatabase`, `{} = new Agent;` with its type, or in the world file",
                 name.text
@@ -391,19 +397,6 @@ impl Walk<'_> {
 
     fn call(&mut self, call: &ast::Call) -> (Value, Kind) {
         let name = &call.name.text;
-        if name == "size" {
-            let [set] = call.args.as_slice() else {
-                let wanted = ["set".to_owned()];
-                let problem = problems::wrong_count("function", &call.name, &wanted, call.args.len(), call.name.span);
-                self.problems.push(Problem {
-                    notes: Vec::new(),
-                    ..problem
-                });
-                return (Value::One(nothing()), Kind::Number);
-            };
-            let set = self.expect(set, Kind::Set(None));
-            return (Value::One(Expr::Size(Box::new(set))), Kind::Number);
-        }
         // A domain's own function comes first: files are older than the prelude's questions.
         let Some((signature, kind)) = self.names.functions.get(name).cloned() else {
             return self.question(call);
@@ -468,10 +461,20 @@ impl Walk<'_> {
         }
         let functions = self.names.functions.keys().chain(self.names.facts.keys());
         let known = functions.chain(self.names.requests.keys()).map(String::as_str);
-        let near = nearest(name, known.chain(["size"]));
+        let near = nearest(name, known);
         let params: Vec<String> = kinds
             .iter()
             .enumerate()
+            .map(|(i, kind)| {
+                (
+                    i,
+                    if matches!(kind, Kind::Any | Kind::Set(None)) {
+                        &Kind::Null
+                    } else {
+                        kind
+                    },
+                )
+            })
             .map(|(i, kind)| format!("{} a{}", kind.declared(&self.names.domain), i + 1))
             .collect();
         let body = match self.wanted {

@@ -75,9 +75,10 @@ fn collect_calls<'a>(expr: &'a ast::Expr, out: &mut IndexSet<&'a str>) {
 fn body(function: &ast::Function, names: &mut Names, functions: &Functions, problems: &mut Problems) -> Option<Value> {
     let name = function.name.text.as_str();
     let Some(expr) = &function.body else {
-        // What the prelude declares without a body, geometry computes.
+        // What the prelude declares without a body is computed by the planner.
         return match name {
             _ if function.span.file != PRELUDE => None,
+            "size" => Some(Value::One(Expr::Size(Box::new(Expr::Var(ir::Var(0)))))),
             "GetGRPCost" => Some(Value::One(Expr::GeometricCost)),
             "GetGRPDuration" => Some(Value::Pair(Expr::GeometricDuration, Expr::GeometricDuration)),
             _ => None,

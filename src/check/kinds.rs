@@ -77,7 +77,9 @@ impl Kind {
             Kind::String => "string".into(),
             Kind::Entity(t) => type_name(t).into(),
             Kind::Set(Some(base)) => format!("set {}", Kind::of(base, false).declared(domain)),
-            Kind::Any | Kind::Set(None) | Kind::Null => "Agent".into(),
+            Kind::Any => "any".into(),
+            Kind::Set(None) => "set any".into(),
+            Kind::Null => "Agent".into(),
         }
     }
 

@@ -31,12 +31,15 @@ pub(super) fn method(
         wanted: "number",
     };
     let mut goal = None;
-    for (tests, span) in &method.goals {
-        if let Some((_, first)) = method.goals.first().filter(|_| goal.is_some()) {
+    for (i, (tests, span)) in method.goals.iter().enumerate() {
+        if let Some((_, first)) = method.goals.first().filter(|_| i > 0) {
             let problem = problems::repeated_block("goal", &method.name.text, *span, *first);
             walk.problems.push(problem);
         }
-        goal = Some(walk.tests(tests));
+        // `empty{};` is left over where a file has nothing to say: a goal that always holds would make the method useless.
+        if !tests.is_empty() {
+            goal = Some(walk.tests(tests));
+        }
     }
     let decompositions = method.decompositions.iter().map(|d| walk.decomposition(d)).collect();
     ir::Method {
@@ -98,7 +101,7 @@ impl Walk<'_> {
     }
 
     fn bind(&mut self, name: &Name, var: Var, kind: Kind) {
-        self.refuse_shadowing(name);
+        let kind = self.unless_shadowing(name, kind);
         let later = self.scope.later.iter().position(|l| l.span == name.span);
         if let Some(i) = later {
             self.scope.later.remove(i);

@@ -82,7 +82,7 @@ pub enum GivenLiteral {
 
 /// Checks the files together, with the world's declarations, and compiles them. The last file is the one that the user named.
 ///
-/// `None` if and only if there are errors. Problems are sorted by place.
+/// `None` if there are errors, or a file is read in part. Problems are sorted by place.
 pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Problems) {
     let mut problems = Problems::default();
     let (prelude, faults) = syntax::parse(PRELUDE, PRELUDE_TEXT);
@@ -96,6 +96,8 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
         problems.0.extend(unsupported(item));
     }
     let mut names = names::Names::collect(&items, given, &mut problems);
+    let unread = files.iter().flat_map(|f| &f.unread.attributes_of);
+    names.leave_open(unread);
     names.share_given(given, &mut problems);
     let functions = functions::compile(&items, &mut names, &mut problems);
     facts::compile(&items, &mut names, &functions, &mut problems);
@@ -114,7 +116,8 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
             _ => {}
         }
     }
-    if !problems.has_errors() {
+    let is_whole = files.iter().all(|f| f.unread.is_empty());
+    if is_whole && !problems.has_errors() {
         let mut linted = lints::Linted::new(&items, &names.domain, &names.attribute_spans);
         linted.has_world = !given.entities.is_empty() || given.task.is_some();
         linted.task = given.task.as_deref();
@@ -122,7 +125,7 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
         problems.extend(lints::run(&linted));
     }
     let problems = problems.sorted();
-    let domain = (!problems.has_errors()).then_some(names.domain);
+    let domain = (is_whole && !problems.has_errors()).then_some(names.domain);
     (domain, problems)
 }
 
@@ -198,8 +201,9 @@ mod tests {
             let mut sources = Sources::default();
             let file = sources.add("a.hatp", text.clone());
             let (ast, mut problems) = syntax::parse(file, &text);
+            let is_whole = ast.unread.is_empty();
             let (domain, faults) = compile(&[ast], &Given::default());
-            prop_assert_eq!(domain.is_none(), faults.has_errors());
+            prop_assert_eq!(domain.is_none(), faults.has_errors() || !is_whole);
             problems.extend(faults);
             // No problem points into the prelude: `render` would have no such file.
             render(&problems, &sources, false);

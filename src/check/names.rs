@@ -46,6 +46,8 @@ pub(super) struct Names {
     pub attribute_spans: Vec<Span>,
     /// Own attributes by type and name: looked up for every step of every path.
     pub own_attributes: Vec<IndexMap<String, ir::AttributeId>>,
+    /// Types whose attributes are not all known.
+    pub open_types: Vec<TypeId>,
     pub facts: IndexMap<String, Question>,
     pub requests: IndexMap<String, Question>,
     pub geometrics: IndexMap<String, Signature>,
@@ -250,7 +252,7 @@ impl Names {
     /// Returns the kind of a parameter, or reports its type.
     fn param_kind(&self, param: &Param, may_be_any: bool, problems: &mut Problems) -> Kind {
         if param.ty.text == "any" && (may_be_any || param.ty.span.file == PRELUDE) {
-            return Kind::Any;
+            return if param.is_set { Kind::Set(None) } else { Kind::Any };
         }
         match self.base_named(&param.ty, problems) {
             Some(base) => Kind::of(base, param.is_set),
@@ -292,13 +294,7 @@ impl Names {
                             .map_or(Kind::Unknown, |b| Kind::of(b, false))
                     };
                     let first = self.functions.get(&f.name.text).map(|(s, _)| s.span);
-                    if f.name.text == "size" {
-                        let message = "`size` is built in";
-                        problems.push(
-                            Problem::error("hatp::duplicate-name", message, f.name.span, "declared again")
-                                .help("give the function another name"),
-                        );
-                    } else if first.is_some() {
+                    if first.is_some() {
                         problems.push(problems::duplicate("function", &f.name.text, f.name.span, first));
                     } else {
                         self.functions.insert(f.name.text.clone(), (signature, result));
@@ -360,6 +356,11 @@ impl Names {
             asks: Asks::Domain(id),
         };
         self.facts.insert(name.text.clone(), question);
+    }
+
+    /// Notes the types, by name, that have attributes which could not be read.
+    pub(super) fn leave_open<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
+        self.open_types = names.filter_map(|name| self.types.get(name)).map(|t| t.0).collect();
     }
 
     fn collect_tasks(&mut self, items: &[&Item], problems: &mut Problems) {

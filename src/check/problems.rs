@@ -56,11 +56,17 @@ pub(super) fn unknown_attribute<'a>(
     name: &str,
     span: Span,
     candidates: impl IntoIterator<Item = (&'a str, Span)>,
+    below: Option<&str>,
 ) -> Problem {
     let candidates: Vec<(&str, Span)> = candidates.into_iter().collect();
     let near = nearest(name, candidates.iter().map(|c| c.0));
     let message = format!("`{owner}` has no attribute `{name}`");
     let problem = Problem::error("hatp::unknown-attribute", message, span, "no such attribute");
+    if let Some(below) = below {
+        return problem.help(format!(
+            "`{below}` has it, and not every `{owner}` is a `{below}`: declare this as `{below}` where it comes from"
+        ));
+    }
     match near {
         Some(near) => {
             let declared = candidates.iter().find(|c| c.0 == near).map(|c| c.1);

@@ -76,10 +76,7 @@ impl Walk<'_> {
     /// Returns `Pick(Agent A, Object O)`.
     pub(super) fn signature(&self, name: &str, params: &[(String, Kind)]) -> String {
         let domain = &self.names.domain;
-        let param = |(name, kind): &(String, Kind)| match kind {
-            Kind::Any => format!("any {name}"),
-            kind => format!("{} {name}", kind.declared(domain)),
-        };
+        let param = |(name, kind): &(String, Kind)| format!("{} {name}", kind.declared(domain));
         let params: Vec<String> = params.iter().map(param).collect();
         format!("{name}({})", params.join(", "))
     }

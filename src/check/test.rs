@@ -76,7 +76,7 @@ impl Walk<'_> {
             let message = format!("can't compare {one} with {other}");
             let mut problem = Problem::error("hatp::wrong-type", message, right.span, format!("this is {other}"))
                 .note(left.span, format!("this is {one}"));
-            if matches!((left_kind, right_kind), (Kind::Set(_), _)) {
+            if matches!((left_kind, right_kind), (Kind::Set(_), _) | (_, Kind::Set(_))) {
                 problem = problem.help("ask whether it is a member with `element >> set`, or for `size(set) == 0`");
             }
             self.problems.push(problem);

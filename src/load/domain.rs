@@ -9,7 +9,10 @@ use indexmap::IndexMap;
 use crate::diag::suggest::nearest;
 use crate::diag::{Problem, Problems};
 use crate::source::{FileId, Files, Sources, Span};
-use crate::syntax::{self, ast::File, ast::Import, ast::Item};
+use crate::syntax::{
+    self,
+    ast::{File, Import, Item, Unread},
+};
 
 /// Files of one domain. HEURISTIC: far above real domains; a folder of files that import each other ends here.
 const MAX_FILES: usize = 1_000;
@@ -19,8 +22,8 @@ const MAX_FILES: usize = 1_000;
 pub struct DomainFiles {
     /// Imported files come before those that import them; what is imported or named first comes first.
     pub asts: Vec<File>,
-    /// Whether some text is missing: a file that can't be read, or lines that don't parse.
-    pub is_broken: bool,
+    /// What is not in `asts`: files that can't be read, and lines that don't parse.
+    pub unread: Unread,
 }
 
 /// A file that is being read, and its imports that are still to be read, the last first.
@@ -36,7 +39,7 @@ struct Reader<'a> {
     /// By path without `.` and `..`.
     seen: IndexMap<String, ()>,
     asts: Vec<File>,
-    is_broken: bool,
+    unread: Unread,
     problems: Problems,
 }
 
@@ -47,7 +50,7 @@ pub fn read(path: &str, with: &[&str], sources: &mut Sources, files: &dyn Files)
         files,
         seen: IndexMap::new(),
         asts: Vec::new(),
-        is_broken: false,
+        unread: Unread::default(),
         problems: Problems::default(),
     };
     for with in with {
@@ -59,7 +62,7 @@ pub fn read(path: &str, with: &[&str], sources: &mut Sources, files: &dyn Files)
     let is_read = reader.asts.len() > n_before || with.iter().any(|w| flat(w) == flat(path));
     if let Some(main) = reader.asts.last().filter(|_| is_read)
         && main.items.is_empty()
-        && !reader.is_broken
+        && reader.unread.is_empty()
     {
         let message = format!("`{path}` declares nothing");
         let help =
@@ -70,7 +73,7 @@ pub fn read(path: &str, with: &[&str], sources: &mut Sources, files: &dyn Files)
     }
     let read = DomainFiles {
         asts: reader.asts,
-        is_broken: reader.is_broken,
+        unread: reader.unread,
     };
     (is_read.then_some(read), reader.problems)
 }
@@ -102,7 +105,7 @@ impl Reader<'_> {
                 None => Problem::unplaced("hatp::too-large", message),
             };
             self.problems.push(problem.help("join some of them"));
-            self.is_broken = true;
+            self.unread.anything = true;
             return None;
         }
         let file = match self.files.read(path) {
@@ -110,7 +113,7 @@ impl Reader<'_> {
             Err(why) => {
                 let problem = self.unreadable(path, &why, import.map(|i| i.path_span));
                 self.problems.push(problem);
-                self.is_broken = true;
+                self.unread.anything = true;
                 return None;
             }
         };
@@ -130,7 +133,7 @@ impl Reader<'_> {
 
     fn parse(&mut self, file: FileId) -> File {
         let (ast, found) = syntax::parse(file, &self.sources.get(file).text);
-        self.is_broken |= found.has_errors();
+        self.unread.extend(&ast.unread);
         self.problems.extend(found);
         ast
     }

@@ -32,7 +32,7 @@ impl Analysis {
     pub(super) fn of(path: &str, files: &dyn Files) -> Self {
         let mut sources = Sources::default();
         let (read, mut problems) = domain_files(path, &[], &mut sources, files);
-        let (mut asts, is_broken) = read.map_or((Vec::new(), true), |r| (r.asts, r.is_broken));
+        let (mut asts, is_broken) = read.map_or((Vec::new(), true), |r| (r.asts, !r.unread.is_empty()));
         // The document itself comes last, after all that it imports.
         let mut own = asts.pop().unwrap_or_else(|| {
             let text = files.read(path).unwrap_or_default();

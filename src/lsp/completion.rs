@@ -222,7 +222,7 @@ impl<'a> Offer<'a> {
         }
         self.symbols(self.analysis.index.entities());
         self.symbols(self.analysis.index.callables());
-        self.words(&["size", "NULL", "true", "false"]);
+        self.words(&["NULL", "true", "false"]);
     }
 
     fn types(&mut self, with_bases: bool) {

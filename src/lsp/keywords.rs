@@ -3,13 +3,10 @@
 use crate::syntax::keywords;
 
 /// What is built in without being a word of the grammar.
-const OTHERS: [(&str, &str); 2] = [
-    ("size", "The number of entities in a set: `size(O.isReachable) >= 2;`."),
-    (
-        "interleave",
-        "Whether subtasks without an order may mix; without it each is done as one block.",
-    ),
-];
+const OTHERS: [(&str, &str); 1] = [(
+    "interleave",
+    "Whether subtasks without an order may mix; without it each is done as one block.",
+)];
 
 /// Returns a sentence about a word; `None` for names.
 pub(super) fn meaning(word: &str) -> Option<&'static str> {

@@ -15,7 +15,37 @@ pub struct Name {
 #[derive(Debug, Clone, PartialEq)]
 pub struct File {
     pub items: Vec<Item>,
+    /// What stands in the text and not in `items`.
+    pub unread: Unread,
     pub span: Span,
+}
+
+/// What a text may declare in its parts that can't be read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Unread {
+    /// Actions and methods.
+    pub tasks: bool,
+    /// Functions, facts and requests.
+    pub functions: bool,
+    /// Types that have attributes there.
+    pub attributes_of: Vec<String>,
+    /// Anything at all.
+    pub anything: bool,
+}
+
+impl Unread {
+    /// Says whether all is read.
+    pub fn is_empty(&self) -> bool {
+        *self == Unread::default()
+    }
+
+    /// Adds what another part may declare.
+    pub fn extend(&mut self, other: &Unread) {
+        self.tasks |= other.tasks;
+        self.functions |= other.functions;
+        self.attributes_of.extend_from_slice(&other.attributes_of);
+        self.anything |= other.anything;
+    }
 }
 
 /// A declaration.

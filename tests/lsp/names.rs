@@ -68,7 +68,7 @@ fn hover_tells_declaration_type_and_comment() {
         ),
         (nth(SMALL, "after 1", 0, 6), &["1: Pick", "label"]),
         (nth(SMALL, "SELECT", 0, 2), &["SELECT", "choice among all entities"]),
-        (nth(SMALL, "size(Os)", 0, 0), &["number of entities"]),
+        (nth(SMALL, "size(Os)", 0, 0), &["How many members a set has"]),
     ];
     for (position, parts) in cases {
         let said = hover(&mut client, position);

@@ -330,9 +330,6 @@ impl Walk<'_> {
     fn call(&mut self, call: &Call) -> Value {
         call.args.iter().for_each(|a| self.expr(a));
         let name = call.name.text.as_str();
-        if name == "size" {
-            return Value::Number;
-        }
         let index = &self.index;
         let maps = [
             &index.functions,

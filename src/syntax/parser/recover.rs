@@ -10,14 +10,15 @@ use pest::error::Error;
 
 use super::build::Builder;
 use super::expected::{expected, group, location, misspelt_item};
-use super::{HatpParser, Place, Rule};
+use super::{HatpParser, Place, Rule, is_mended};
 use crate::diag::Problems;
-use crate::syntax::ast::Item;
+use crate::syntax::ast::{Item, Unread};
 use crate::syntax::keywords::Group;
 
-/// Returns the items without errors, and adds the errors of the others; `whole` is what pest said of all.
-pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Problems) -> Vec<Item> {
+/// Returns the items without errors and what the others may declare, and adds their errors; `whole` is what pest said of all.
+pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Problems) -> (Vec<Item>, Unread) {
     let mut items = Vec::new();
+    let mut unread = Unread::default();
     let pieces = HatpParser::parse(Rule::pieces, &place.compact.text);
     for piece in pieces.into_iter().flatten().flat_map(|p| p.into_inner()) {
         if !matches!(piece.as_rule(), Rule::piece | Rule::stray) {
@@ -26,7 +27,9 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
         let start = piece.as_span().start();
         let error = match HatpParser::parse(Rule::lone, piece.as_str()) {
             Ok(pairs) => {
+                let n_before = problems.0.len();
                 items.extend(Builder::new(place, start, problems).items(pairs));
+                unread.anything |= !problems.0.iter().skip(n_before).all(is_mended);
                 continue;
             }
             Err(error) => error,
@@ -40,13 +43,24 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
             // After an error, what begins with another word may have lost the block that it stood in.
             let is_sure = is_item || problems.0.len() == n_before;
             match HatpParser::parse(Rule::lone, part_text(&chunk, place)) {
-                Ok(pairs) if is_sure => items.extend(Builder::new(place, from, problems).items(pairs)),
-                Err(own) if is_sure => errors(&own, from, chunk, place, problems),
-                Err(own) => problems.0.extend(misspelt_item(&own, from, place)),
-                Ok(_) => {}
+                Ok(pairs) if is_sure => {
+                    let n_before = problems.0.len();
+                    items.extend(Builder::new(place, from, problems).items(pairs));
+                    unread.anything |= !problems.0.iter().skip(n_before).all(is_mended);
+                }
+                Err(own) if is_sure => {
+                    unread.extend(&declared_in(&chunk, place));
+                    errors(&own, from, chunk, place, problems);
+                }
+                Err(own) => {
+                    unread.anything = true;
+                    problems.0.extend(misspelt_item(&own, from, place));
+                }
+                Ok(_) => unread.anything = true,
             }
         }
         if problems.0.len() == n_before {
+            unread.anything = true;
             problems.push(expected(&error, start, place));
         }
     }
@@ -54,7 +68,25 @@ pub(super) fn items(whole: &Error<Rule>, place: &Place<'_>, problems: &mut Probl
         // Every piece is well; the blocks around them are not.
         problems.push(expected(whole, 0, place));
     }
-    items
+    (items, unread)
+}
+
+/// Returns what a faulty part, a range of tokens, may declare.
+fn declared_in(part: &Range<usize>, place: &Place<'_>) -> Unread {
+    let mut unread = Unread::default();
+    let open = part.clone().find(|i| text(*i, place) == "{");
+    // Otherwise it may have swallowed what comes after it.
+    let is_one = open.and_then(|open| partner(open, part.end, place)).is_some();
+    match text(part.start, place) {
+        "action" | "operator" | "method" | "task" if is_one => unread.tasks = true,
+        "function" | "fact" | "request" if is_one => unread.functions = true,
+        "settings" if is_one => {}
+        "define" if is_one && text(part.start + 1, place) == "entityAttributes" => {
+            unread.attributes_of.push(text(part.start + 2, place).to_owned());
+        }
+        _ => unread.anything = true,
+    }
+    unread
 }
 
 /// Cuts a piece into items and openings of blocks.
