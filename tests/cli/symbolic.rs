@@ -74,7 +74,8 @@ fn functions_stand_beside_the_domain_or_are_named() {
     let plan = ["plan", "lamps.dom", "--task", "Light(ANN)"];
     lab.ends(1, &plan).says(&[
         "unknown function `switchFn`",
-        "`function number switchFn(Agent a1) { 1 }`",
+        "`function number",
+        "switchFn(Agent a1) { 1 }`",
     ]);
     lab.write("costs.hatp", "function number switchFn(Agent A) { 3 }");
     let with = [&plan[..], &["--with", "costs.hatp"]].concat();
