@@ -46,7 +46,8 @@ pub(super) fn action(
 ) -> ir::Action {
     let kinds = kinds_of(&action.params, names);
     let agent = names.agent();
-    let is_agent = |kind: &Kind| matches!(kind, Kind::Entity(t) if names.domain.is_subtype(*t, agent));
+    // The members of a set of agents take part, each as a parameter of its own would.
+    let is_agent = |kind: &Kind| matches!(kind, Kind::Entity(t) | Kind::Set(Some(Base::Entity(t))) if names.domain.is_subtype(*t, agent));
     let agents: Vec<usize> = kinds
         .iter()
         .enumerate()

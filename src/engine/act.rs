@@ -1,7 +1,7 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
-use super::outcome::{NONE, Node, Step};
+use super::outcome::{Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
@@ -205,8 +205,8 @@ impl Search<'_> {
             }
             _ => ("most duration", m),
         };
-        let value = value.unwrap_or(f64::NAN);
-        let print = [what.len() as u64, value.to_bits(), u64::from(NONE)];
+        let number = value.map_or([0, 0], |x| [1, x.to_bits()]);
+        let print = [what.len() as u64, number[0], number[1]];
         self.refuse(Kind::Number, node, &print, |search| Refusal::BadNumber {
             task: search.show(node),
             what,

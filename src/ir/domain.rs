@@ -372,7 +372,7 @@ pub struct Action {
     pub cost: Expr,
     /// (least, most) in seconds.
     pub duration: (Expr, Expr),
-    /// Positions of the parameters of type Agent; the first parameter acts, the others take part.
+    /// Positions of the parameters of type Agent, alone or in a set; the first parameter acts, the others take part.
     pub agents: Vec<usize>,
 }
 

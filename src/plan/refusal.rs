@@ -25,11 +25,12 @@ pub enum Refusal {
     },
     /// A subtask's argument was NULL when it was reached.
     NullArgument { task: String, position: usize },
-    /// A cost or a duration was negative or not a number.
+    /// A cost or a duration was negative, or had no value.
     BadNumber {
         task: String,
         what: &'static str,
-        value: f64,
+        /// `None` where it has no value in the state met.
+        value: Option<f64>,
     },
     /// The least duration is above the most.
     DurationOrder { task: String, least: f64, most: f64 },
@@ -141,8 +142,20 @@ impl fmt::Display for Refusal {
                 write!(f, "{task}: none of {candidates} entities can be {variable}")
             }
             Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
-            Refusal::BadNumber { task, what, value } => {
-                write!(f, "{task}: its {what} is {value}, which is not a number >= 0")
+            Refusal::BadNumber {
+                task,
+                what,
+                value: Some(value),
+            } => write!(f, "{task}: its {what} is {value}, and must be 0 or more"),
+            Refusal::BadNumber {
+                task,
+                what,
+                value: None,
+            } => {
+                write!(
+                    f,
+                    "{task}: its {what} has no value: something in it is NULL, or not finite"
+                )
             }
             Refusal::DurationOrder { task, least, most } => {
                 write!(f, "{task}: its least duration {least} is above its most {most}")
