@@ -9,6 +9,8 @@
 mod bad_input;
 #[path = "cli/fmt.rs"]
 mod fmt;
+#[path = "cli/help.rs"]
+mod help;
 #[path = "cli/problems.rs"]
 mod problems;
 #[path = "cli/symbolic.rs"]
@@ -271,11 +273,15 @@ fn facts_are_lines_or_json() {
 fn check_looks_at_a_domain_alone_or_with_its_world() {
     let lab = Lab::new();
     lab.ends(0, &["check", "cup.hatp"])
-        .says(&["no errors: 2 actions, 1 methods, 0 entities"]);
+        .says(&["no errors: 2 actions, 1 method, 0 entities"]);
     lab.ends(0, &["check", "cup.hatp", "cup.toml"]).says(&["4 entities"]);
     lab.world_with("no_cup.toml", "TRAY)\"", "TRAI)\"");
     let said = lab.ends(1, &["check", "cup.hatp", "no_cup.toml"]);
     said.says(&["hatp::unknown-name", "no_cup.toml:1:20", "did you mean `TRAY`?"]);
+    for arguments in [&["facts", "cup.hatp"] as &[&str], &["check", "cup.hatp", "cup.hatp"]] {
+        lab.ends(1, arguments)
+            .says(&["`cup.hatp` is a domain, and a world file is wanted"]);
+    }
 }
 
 #[test]
