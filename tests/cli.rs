@@ -11,6 +11,8 @@ mod bad_input;
 mod fmt;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/search.rs"]
+mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
 
