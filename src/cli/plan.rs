@@ -182,6 +182,18 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             if options.all.is_some_and(|wanted| n < wanted as usize) {
                 say(&format!("{n} plan{}{ended}\n", if n == 1 { "" } else { "s" }));
             }
+            if let Some(wanted) = options.all {
+                let timed_out = timed_out.load(Ordering::Relaxed);
+                let n = 1 + outcome.others.len();
+                say(&how_many(
+                    n,
+                    wanted,
+                    outcome.ending,
+                    &outcome.statistics,
+                    options,
+                    timed_out,
+                ));
+            }
             let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
             let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
             Ok(std::iter::once(&found).chain(&outcome.others).map(document).collect())
@@ -233,6 +245,30 @@ fn how_it_ended(ending: Ending, options: &SearchOptions, timed_out: bool) -> Str
             _ => " before the search was interrupted".into(),
         },
     }
+}
+
+/// Says why there are fewer plans than were asked for; nothing if there are as many.
+fn how_many(
+    n: usize,
+    wanted: u32,
+    ending: Ending,
+    counts: &engine::Statistics,
+    options: &SearchOptions,
+    timed_out: bool,
+) -> String {
+    let why = match ending {
+        Ending::FirstPlan => return String::new(),
+        Ending::Exhausted if counts.repeated > 0 => "every choice was tried but what goes round in a circle".into(),
+        Ending::Exhausted => "every choice was tried".into(),
+        Ending::ExhaustedTruncated(cut) => text::truncated(cut),
+        Ending::BudgetSpent => format!("not more within --max-expansions {}", options.max_expansions),
+        Ending::Interrupted => match options.timeout {
+            Some(limit) if timed_out => format!("not more {}", in_time(limit)),
+            _ => "the search was interrupted".into(),
+        },
+    };
+    let plans = if n == 1 { "plan" } else { "plans" };
+    format!("{n} {plans} of the {wanted} asked for: {why}\n")
 }
 
 /// Says how far below the best plan another one could be.
