@@ -14,11 +14,17 @@ pub(super) struct Options {
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let checked = options.inputs.check()?;
-    let (actions, methods) = (checked.actions.len(), checked.methods.len());
-    say(&format!(
-        "no errors: {actions} actions, {methods} methods, {} entities, {} attributes\n",
-        checked.entities.len(),
-        checked.attributes.len()
-    ));
+    let parts = [
+        counted(checked.actions.len(), "action", "actions"),
+        counted(checked.methods.len(), "method", "methods"),
+        counted(checked.entities.len(), "entity", "entities"),
+        counted(checked.attributes.len(), "attribute", "attributes"),
+    ];
+    say(&format!("no errors: {}\n", parts.join(", ")));
     Ok(())
+}
+
+/// Says how many there are.
+fn counted(n: usize, one: &str, more: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { more })
 }

@@ -70,18 +70,18 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
-  sgap plan dock.hatp --task 'Unload(CRANE, SHIP)'")]
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
-    #[command(after_help = "Example:
+    #[command(after_help = "Examples:
   sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json
-  sgap validate dock.hatp plan.json --task 'Unload(CRANE, SHIP)'")]
+  sgap validate domains/clear_table.hatp plan.json --task 'ClearTable(TABLE)'")]
     Validate(validate::Options),
     /// Look for mistakes in a domain, alone or together with a world
     #[command(after_help = "Examples:
   sgap check domains/three_objects.hatp
   sgap check domains/three_objects.hatp worlds/three_objects.toml
-  sgap check dock.hatp --task 'Unload(CRANE, SHIP)'")]
+  sgap check domains/clear_table.hatp --task 'ClearTable(TABLE)'")]
     Check(check::Options),
     /// Tell what a problem means, with a wrong example and a right one
     #[command(after_help = "Examples:
@@ -103,10 +103,16 @@ enum Command {
   sgap fmt - < domains/three_objects.hatp")]
     Fmt(fmt::Options),
     /// Print every geometric fact of a world's start state
-    #[command(after_help = "Example:
-  sgap facts worlds/three_objects.toml")]
+    #[command(after_help = "Examples:
+  sgap facts worlds/three_objects.toml
+  sgap facts worlds/three_objects.toml --all --json")]
     Facts(facts::Options),
     /// Write a page that shows a plan, or a world alone, in 3D
+    ///
+    /// With a domain it plans first; with a plan it shows that one; with a world alone, how everything stands at the start.
+    #[command(override_usage = "sgap view [OPTIONS] <DOMAIN> [WORLD]\n       \
+                                sgap view [OPTIONS] <WORLD> [PLAN]\n       \
+                                sgap view [OPTIONS] <PLAN>")]
     #[command(after_help = "Examples:
   sgap view domains/three_objects.hatp worlds/three_objects.toml -o page.html
   sgap view domains/clear_table.hatp --task 'ClearTable(TABLE)'

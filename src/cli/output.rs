@@ -1,5 +1,4 @@
 //! Text out: to the terminal, or to a file that is whole or not there.
-#![expect(clippy::print_stderr, reason = "this is where text leaves the program")]
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -13,9 +12,9 @@ pub(super) enum Failure {
     Output(String),
 }
 
-/// Writes to the standard error.
+/// Writes to the standard error. Where its reader went away there is nobody left to tell.
 pub(super) fn say(text: &str) {
-    eprint!("{text}");
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Writes to the standard output. A reader that went away (`| head`) is no error.

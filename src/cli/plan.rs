@@ -39,7 +39,7 @@ pub(super) struct SearchOptions {
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
-    /// Find up to N plans, no two of the same sequence of actions
+    /// Find up to N plans, no two of the same sequence of actions; the standard error says why there are fewer
     #[arg(long, value_name = "N", conflicts_with = "best", value_parser = clap::value_parser!(u32).range(1..))]
     all: Option<u32>,
     /// Let unordered subtasks mix step by step, instead of doing each as one block; `--interleave=false` wins over the
@@ -173,10 +173,26 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
     }
     match outcome.found {
         Some(found) => {
+            let ended = how_it_ended(outcome.ending, options, timed_out.load(Ordering::Relaxed));
             if options.best {
-                let timed_out = timed_out.load(Ordering::Relaxed);
                 let gap = gap(outcome.ending, found.cost, outcome.least_cost);
-                say(&format!("{}{gap}\n", how_good(outcome.ending, options, timed_out)));
+                say(&format!("best plan{ended}{gap}\n"));
+            }
+            let n = 1 + outcome.others.len();
+            if options.all.is_some_and(|wanted| n < wanted as usize) {
+                say(&format!("{n} plan{}{ended}\n", if n == 1 { "" } else { "s" }));
+            }
+            if let Some(wanted) = options.all {
+                let timed_out = timed_out.load(Ordering::Relaxed);
+                let n = 1 + outcome.others.len();
+                say(&how_many(
+                    n,
+                    wanted,
+                    outcome.ending,
+                    &outcome.statistics,
+                    options,
+                    timed_out,
+                ));
             }
             let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
             let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
@@ -217,24 +233,50 @@ fn in_time(limit: Duration) -> String {
     format!("within --timeout {} s", limit.as_secs_f64())
 }
 
-/// Returns how a search for the best plan ended.
-fn how_good(ending: Ending, options: &SearchOptions, timed_out: bool) -> String {
+/// Returns how a search for the best plan, or for several, ended: what follows "best plan" or "2 plans".
+fn how_it_ended(ending: Ending, options: &SearchOptions, timed_out: bool) -> String {
     match ending {
-        Ending::FirstPlan => "first plan".into(),
-        Ending::Exhausted => "best plan: every choice was tried".into(),
-        Ending::ExhaustedTruncated(cut) => format!("best plan within the limits: {}", text::truncated(cut)),
-        Ending::BudgetSpent => format!("best plan within --max-expansions {}", options.max_expansions),
+        Ending::FirstPlan => String::new(),
+        Ending::Exhausted => ": every choice was tried".into(),
+        Ending::ExhaustedTruncated(cut) => format!(" within the limits: {}", text::truncated(cut)),
+        Ending::BudgetSpent => format!(" within --max-expansions {}", options.max_expansions),
         Ending::Interrupted => match options.timeout {
-            Some(limit) if timed_out => format!("best plan {}", in_time(limit)),
-            _ => "best plan before the search was interrupted".into(),
+            Some(limit) if timed_out => format!(" {}", in_time(limit)),
+            _ => " before the search was interrupted".into(),
         },
     }
+}
+
+/// Says why there are fewer plans than were asked for; nothing if there are as many.
+fn how_many(
+    n: usize,
+    wanted: u32,
+    ending: Ending,
+    counts: &engine::Statistics,
+    options: &SearchOptions,
+    timed_out: bool,
+) -> String {
+    let why = match ending {
+        Ending::FirstPlan => return String::new(),
+        Ending::Exhausted if counts.repeated > 0 => "every choice was tried but what goes round in a circle".into(),
+        Ending::Exhausted => "every choice was tried".into(),
+        Ending::ExhaustedTruncated(cut) => text::truncated(cut),
+        Ending::BudgetSpent => format!("not more within --max-expansions {}", options.max_expansions),
+        Ending::Interrupted => match options.timeout {
+            Some(limit) if timed_out => format!("not more {}", in_time(limit)),
+            _ => "the search was interrupted".into(),
+        },
+    };
+    let plans = if n == 1 { "plan" } else { "plans" };
+    format!("{n} {plans} of the {wanted} asked for: {why}\n")
 }
 
 /// Says how far below the best plan another one could be.
 fn gap(ending: Ending, cost: f64, least: f64) -> String {
     match ending {
         Ending::Exhausted => String::new(),
+        // That no cost is below 0 is known without a search.
+        _ if cost > 0.0 && least <= 0.0 => String::new(),
         _ if cost > 0.0 => {
             let percent = 100.0 * (cost - least) / cost;
             format!("; no plan costs less than {least:.4} (gap {percent:.1} %)")

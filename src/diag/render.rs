@@ -26,8 +26,10 @@ const MAX_MESSAGE: usize = 600;
 const MAX_HELP: usize = 2000;
 const MAX_LABEL: usize = 120;
 
-/// Returns a report with the source's lines for each problem, in the order of `problems`.
+/// Returns a report with the source's lines for each problem, in the order of `problems`. No character of the user's
+/// steers a terminal.
 pub fn render(problems: &Problems, sources: &Sources, color: bool) -> String {
+    let sources = &harmless(sources);
     let styles = if color {
         ThemeStyles::ansi()
     } else {
@@ -71,17 +73,17 @@ pub fn render_concise(problems: &Problems, sources: &Sources) -> String {
 }
 
 fn concise(problem: &Problem, sources: &Sources, lines: &mut BTreeMap<FileId, Lines>) -> String {
+    // One line for each problem, whatever the user's names hold.
+    let on_one_line = |text: &str, most| fitted(text, most).replace('\n', " ");
     let place = match &problem.primary {
         Some(label) => {
             let file = sources.get(label.span.file);
             let lines = lines.entry(label.span.file).or_insert_with(|| Lines::new(&file.text));
             let (line, column) = lines.line_column(&file.text, label.span.start as usize);
-            format!("{}:{line}:{column}: ", file.path)
+            format!("{}:{line}:{column}: ", on_one_line(&file.path, MAX_MESSAGE))
         }
         None => String::new(),
     };
-    // One line for each problem, whatever the user's names hold.
-    let on_one_line = |text: &str, most| fitted(text, most).replace('\n', " ");
     let help = problem.help.as_deref().map(|help| on_one_line(help, MAX_HELP));
     let help = help.map_or_else(String::new, |help| format!(" ({help})"));
     let severity = super::json::word(problem.severity);
@@ -89,20 +91,57 @@ fn concise(problem: &Problem, sources: &Sources, lines: &mut BTreeMap<FileId, Li
     format!("{place}{severity}[{}]: {message}{help}\n", problem.code)
 }
 
-/// Returns the text for a terminal: without control characters, and without its middle if it is too long.
+/// Returns the text for a terminal: control characters escaped, and without its middle if it is too long.
 fn fitted(text: &str, most: usize) -> Cow<'_, str> {
-    let is_plain = |c: char| c == '\n' || !c.is_control();
+    let is_plain = |c: char| c == '\n' || !steers(c);
     if text.len() <= most && text.chars().all(is_plain) {
         return Cow::Borrowed(text);
     }
-    let shown = |c: char| if is_plain(c) { c } else { char::REPLACEMENT_CHARACTER };
+    let escaped = |out: &mut String, c: char| match is_plain(c) {
+        true => out.push(c),
+        false => out.extend(c.escape_unicode()),
+    };
+    let mut out = String::new();
     let n = text.chars().count();
     if n <= most {
-        return text.chars().map(shown).collect();
+        text.chars().for_each(|c| escaped(&mut out, c));
+    } else {
+        text.chars().take(most / 2).for_each(|c| escaped(&mut out, c));
+        out.push_str(" … ");
+        text.chars().skip(n - most / 2).for_each(|c| escaped(&mut out, c));
     }
-    let head = text.chars().take(most / 2).map(shown);
-    let tail = text.chars().skip(n - most / 2).map(shown);
-    head.chain([' ', '…', ' ']).chain(tail).collect()
+    Cow::Owned(out)
+}
+
+/// Says whether a terminal obeys the character instead of drawing it: control characters, and those that turn the direction
+/// of writing (Unicode, UAX 9), by which a line may read as another than it is.
+fn steers(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || turns
+}
+
+/// Returns the files with a mark as long for each character that steers a terminal: spans stay right. Tabs and ends of
+/// lines are miette's own matter.
+fn harmless(sources: &Sources) -> Cow<'_, Sources> {
+    let is_harmless = |text: &str| !text.chars().any(|c| steers(c) && !matches!(c, '\t' | '\n'));
+    let is_well = |id| is_harmless(&sources.get(id).path) && is_harmless(&sources.get(id).text);
+    if sources.ids().all(is_well) {
+        return Cow::Borrowed(sources);
+    }
+    let mut out = Sources::default();
+    for id in sources.ids() {
+        let file = sources.get(id);
+        let marked = |(at, c): (usize, char)| match c.len_utf8() {
+            _ if !steers(c) || matches!(c, '\t' | '\n') => c,
+            1 if c == '\r' && file.text[at..].starts_with("\r\n") => c,
+            1 => '?',
+            2 => '¿',
+            _ => char::REPLACEMENT_CHARACTER,
+        };
+        let text: String = file.text.char_indices().map(marked).collect();
+        out.add(fitted(&file.path, MAX_MESSAGE), text);
+    }
+    Cow::Owned(out)
 }
 
 /// A problem as miette wants it.
@@ -269,8 +308,27 @@ mod tests {
 
     #[test]
     fn control_characters_do_not_reach_the_terminal() {
-        let problem = Problem::unplaced("hatp::x", "unknown `\u{1b}[2J`");
-        assert!(!render(&Problems(vec![problem]), &Sources::default(), false).contains('\u{1b}'));
+        let steering = "\u{0}\u{7}\u{8}\u{b}\r\u{1b}\u{7f}\u{9b}\u{61c}\u{200f}\u{202e}\u{2066}";
+        let mut sources = Sources::default();
+        let a = sources.add(format!("a{steering}.hatp"), format!("B = \"{steering}é\";\r\nC\r\n"));
+        let at = 5 + steering.len();
+        let problem = Problem::error("hatp::x", format!("`{steering}`"), Span::new(a, at, at + 2), steering)
+            .note(Span::new(a, at + 6, at + 7), steering)
+            .help(steering);
+        let problems = Problems(vec![problem]);
+        for text in [render(&problems, &sources, false), render_concise(&problems, &sources)] {
+            assert!(!text.chars().any(|c| steers(c) && c != '\n'), "{text:?}");
+            assert!(text.contains("\\u{1b}\\u{7f}"), "{text:?}");
+        }
+        // The mark stands below what it marks.
+        let text = render(&problems, &sources, false);
+        let lines: Vec<&str> = text.lines().collect();
+        let column = |part: &str| {
+            lines
+                .iter()
+                .find_map(|l| l.find(part).map(|at| l[..at].chars().count()))
+        };
+        assert_eq!(column("┬"), column("é"), "{text}");
     }
 
     #[test]

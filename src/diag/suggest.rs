@@ -3,15 +3,22 @@
 /// Candidates looked at; a file with thousands of names and thousands of mistakes must still be answered at once.
 const MAX_CANDIDATES: usize = 2_000;
 
+/// Longest name that is compared [bytes]: the distance takes as long as the one length times the other, and nobody
+/// mistypes a longer one.
+const MAX_NAME: usize = 100;
+
 /// Returns the candidate that the user most likely meant by `name`, if one is near.
 ///
 /// The same letters in other capitals win; then the smallest edit distance (Damerau, optimal string alignment), at most
 /// a third of the longer name's length. Of equals the first wins.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if name.len() > MAX_NAME {
+        return None;
+    }
     let lower = name.to_lowercase();
     let mut best: Option<(usize, &'a str)> = None;
     for candidate in candidates.into_iter().take(MAX_CANDIDATES) {
-        if candidate == name {
+        if candidate == name || candidate.len() > MAX_NAME {
             continue;
         }
         let candidate_lower = candidate.to_lowercase();
@@ -50,5 +57,13 @@ mod tests {
         assert_eq!(nearest("Grasp", ["MoveObjs", "TABLE"]), None);
         assert_eq!(nearest("A", ["B"]), None);
         assert_eq!(nearest("Pcik", ["Place", "Pick"]), Some("Pick"));
+    }
+
+    #[test]
+    fn endless_names_are_not_compared() {
+        let [one, other] = ["a", "b"].map(|end| "n".repeat(5_000_000) + end);
+        assert_eq!(nearest(&one, [other.as_str()]), None);
+        assert_eq!(nearest("n", [other.as_str(), "N"]), Some("N"));
+        assert_eq!(nearest(&one, ["n"]), None);
     }
 }

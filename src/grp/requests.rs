@@ -1,7 +1,7 @@
 //! Geometric requests (thesis 4.4.1) and facts (thesis 3.2.4): questions about a world state, and their answers.
 //!
 //! Pure: the same question about the same state has the same answer, whatever was asked before. What each one means is in
-//! `docs/decisions/012-what-geometric-requests-mean.md`.
+//! `docs/decisions/011-what-geometric-requests-mean.md`.
 
 use super::bases::Bases;
 use super::prepared::Prepared;

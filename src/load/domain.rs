@@ -38,6 +38,8 @@ struct Reader<'a> {
     files: &'a dyn Files,
     /// By path without `.` and `..`.
     seen: IndexMap<String, ()>,
+    /// What is in each folder that was looked into: it is asked for with every file.
+    folders: IndexMap<String, Vec<String>>,
     asts: Vec<File>,
     unread: Unread,
     problems: Problems,
@@ -49,6 +51,7 @@ pub fn read(path: &str, with: &[&str], sources: &mut Sources, files: &dyn Files)
         sources,
         files,
         seen: IndexMap::new(),
+        folders: IndexMap::new(),
         asts: Vec::new(),
         unread: Unread::default(),
         problems: Problems::default(),
@@ -99,6 +102,10 @@ impl Reader<'_> {
             return None;
         }
         if self.seen.len() > MAX_FILES {
+            if self.seen.len() > MAX_FILES + 1 {
+                // Said once is enough.
+                return None;
+            }
             let message = format!("more than {MAX_FILES} files are imported");
             let problem = match import {
                 Some(import) => Problem::error("hatp::too-large", message, import.path_span, "one file too many"),
@@ -139,22 +146,29 @@ impl Reader<'_> {
     }
 
     /// Returns `NAME.functions.hatp` if there is one beside `NAME.dom` or `NAME.hatp`.
-    fn functions_beside(&self, path: &str) -> Option<String> {
+    fn functions_beside(&mut self, path: &str) -> Option<String> {
         let stem = path.strip_suffix(".hatp").or_else(|| path.strip_suffix(".dom"))?;
         let functions = format!("{stem}.functions.hatp");
         let (folder, name) = split(&functions);
-        let is_there = !stem.ends_with(".functions") && self.files.list(folder).iter().any(|n| n == name);
+        let is_there = !stem.ends_with(".functions") && self.names_in(folder).iter().any(|n| n == name);
         is_there.then_some(functions)
     }
 
-    fn unreadable(&self, path: &str, why: &str, span: Option<Span>) -> Problem {
+    fn names_in(&mut self, folder: &str) -> &[String] {
+        let files = self.files;
+        self.folders
+            .entry(folder.to_owned())
+            .or_insert_with(|| files.list(folder))
+    }
+
+    fn unreadable(&mut self, path: &str, why: &str, span: Option<Span>) -> Problem {
         let message = format!("can't read `{path}`: {why}");
         let Some(span) = span else {
             return Problem::unplaced("hatp::unreadable", message);
         };
         let problem = Problem::error("hatp::unreadable", message, span, "imported here");
         let (folder, name) = split(path);
-        let there = self.files.list(folder);
+        let there = self.names_in(folder);
         match nearest(name, there.iter().map(String::as_str)) {
             Some(near) => problem.help(format!("did you mean `{near}`?")),
             None => problem.help("the path is relative to the folder of the importing file"),

@@ -108,8 +108,14 @@ pub fn reasons(why: &WhyNot) -> String {
         out.push_str("\nno branch got as far as one action\n");
     } else {
         let _ = writeln!(out, "\nthe deepest branch did");
-        for action in &why.deepest {
-            let _ = writeln!(out, "  {action}");
+        let n = why.deepest.len();
+        for (i, action) in why.deepest.iter().enumerate() {
+            // Of a recursion that never ends, the first and the last actions say all.
+            if n <= 2 * MOST_AT_ENDS + 1 || i < MOST_AT_ENDS || i >= n - MOST_AT_ENDS {
+                let _ = writeln!(out, "  {action}");
+            } else if i == MOST_AT_ENDS {
+                let _ = writeln!(out, "  ... {} more ...", n - 2 * MOST_AT_ENDS);
+            }
         }
     }
     let reasons = why.reasons();
@@ -149,6 +155,8 @@ pub fn reasons(why: &WhyNot) -> String {
     out
 }
 
+/// Actions shown at both ends of the deepest branch.
+const MOST_AT_ENDS: usize = 12;
 /// Reasons shown; the rest is summed up.
 const MOST_REASONS: usize = 12;
 const MOST_CAUSES: usize = 4;

@@ -68,7 +68,7 @@ mod tests {
             Err(problems) => return Err(TestCaseError::fail(format!("{problems:?}\n{text}"))),
         };
         prop_assert_eq!(content(text), content(&once), "{}\n{}", text, once);
-        prop_assert_eq!(format(FILE, &once).ok(), Some(once.clone()), "from\n{}", text);
+        prop_assert_eq!(format(FILE, &once).ok(), Some(once), "from\n{}", text);
         Ok(())
     }
 

@@ -21,6 +21,11 @@ const TOUCH: f64 = 1e-3;
 /// Texts are added to `sources`, so that problems can be shown; they come sorted by file and place.
 pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<World>, Problems) {
     let mut problems = Problems::default();
+    if [".hatp", ".dom"].iter().any(|end| path.ends_with(end)) {
+        let message = format!("`{path}` is a domain, and a world file is wanted");
+        problems.push(Problem::unplaced("world::unreadable-file", message).help("world files end with `.toml`"));
+        return (None, problems);
+    }
     let text = match files.read(path) {
         Ok(text) => text,
         Err(reason) => {

@@ -15,6 +15,15 @@ HTN {
 "#;
 
 #[test]
+fn fewer_plans_than_asked_for_have_their_reason() {
+    let lab = Lab::new();
+    lab.write("lamps.hatp", SWITCHES.replace("switchFn(A)", "2").replace(">1", ""));
+    let plans = |n: &str| lab.ends(0, &["plan", "lamps.hatp", "--task", "Light(ANN)", "--all", n]);
+    assert_eq!(plans("2").err, "");
+    assert_eq!(plans("3").err, "2 plans: every choice was tried\n");
+}
+
+#[test]
 fn a_domain_is_planned_and_validated_without_a_world() {
     let lab = Lab::new();
     lab.write("lamps.hatp", SWITCHES.replace("switchFn(A)", "2"));
@@ -74,7 +83,8 @@ fn functions_stand_beside_the_domain_or_are_named() {
     let plan = ["plan", "lamps.dom", "--task", "Light(ANN)"];
     lab.ends(1, &plan).says(&[
         "unknown function `switchFn`",
-        "`function number switchFn(Agent a1) { 1 }`",
+        "`function number",
+        "switchFn(Agent a1) { 1 }`",
     ]);
     lab.write("costs.hatp", "function number switchFn(Agent A) { 3 }");
     let with = [&plan[..], &["--with", "costs.hatp"]].concat();

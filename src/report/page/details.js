@@ -19,7 +19,7 @@ function actionFacts(plan, action) {
   const changes = Object.entries(action.changes).map(([attribute, value]) => `${attribute} = ${value}`);
   if (changes.length > 0) facts.push(["changes", changes.join("\n")]);
   const after = plan.links.filter((link) => link.after === action.index);
-  const waits = after.map((link) => `${call(plan.actions[link.before])}: ${link.reasons.map(reasonWords).join(", ")}`);
+  const waits = after.map((link) => `${call(plan.actions[link.before])}: ${reasonWords(link.reasons)}`);
   if (waits.length > 0) facts.push(["after", waits.join("\n")]);
   return facts;
 }

@@ -146,6 +146,12 @@ function listActions(plan, jump) {
   return buttons;
 }
 
+/** Gives the tree the room that a scene would have. */
+function spreadTree() {
+  document.querySelector("main").append(byId("tree"));
+  byId("tree").hidden = false;
+}
+
 /** Lets the two tabs choose between the list and the tree. */
 function connectTabs() {
   const names = ["list", "tree"];
@@ -307,7 +313,8 @@ async function main() {
       const current = showActions(plan, timeline, t, buttonsOf, showPath);
       streams?.setTime(t);
       // What was clicked last stays in sight while it goes on; then what goes on does.
-      if (!current.includes(chosen)) chosen = current[0] ?? chosen;
+      const begun = () => plan.actions.findLast((action) => action.start <= t);
+      if (!current.includes(chosen)) chosen = current[0] ?? begun() ?? chosen;
       showDetails(plan, chosen);
     }
     view?.requestDraw();
@@ -329,7 +336,8 @@ async function main() {
     const [listed, planted] = [listActions(plan, jump), buildTree(plan, jump)];
     streams = buildStreams(plan, duration, jump);
     buttonsOf = plan.actions.map((_, i) => [listed[i], planted[i], ...streams.bars[i]].filter(Boolean));
-    connectTabs();
+    if (isFlat) spreadTree();
+    else connectTabs();
     clock.setTime(0);
     connectPlayer(clock, duration, seek);
   } else {

@@ -10,11 +10,15 @@ function actionSpans(plan, duration) {
   return plan.actions.map((_, i) => [i / length, (i + 1) / length]);
 }
 
-/** Returns the words for a link's reason. */
-function reasonWords(reason) {
-  if (reason === "order") return "the method orders them";
-  if (reason === "motion") return "moves on from there";
-  return reason.attribute ? `needs ${reason.attribute}` : `overwrites ${reason.threat}`;
+/** Returns the words for a link's reasons. */
+function reasonWords(reasons) {
+  const named = (key) => reasons.map((reason) => reason[key]).filter(Boolean);
+  const words = [];
+  if (named("attribute").length > 0) words.push(`needs ${named("attribute").join(", ")}`);
+  if (named("threat").length > 0) words.push(`overwrites ${named("threat").join(", ")}`);
+  if (reasons.includes("motion")) words.push("moves on from there");
+  if (reasons.includes("order")) words.push("the method orders them");
+  return words.join("; ");
 }
 
 /** Fills the lanes; `jump(i)` is called when a bar is clicked. Returns {bars: bars of each action, setTime}. */
@@ -72,7 +76,7 @@ function drawLinks(plan, agents, spans) {
     const path = create("path");
     path.setAttribute("d", `M ${x1 - 3} ${y1} C ${x1 + 12} ${y1} ${x2 - 12} ${y2} ${x2 + 3} ${y2}`);
     const title = create("title");
-    title.textContent = `${call(plan.actions[after])} after ${call(plan.actions[before])}: ${reasons.map(reasonWords).join(", ")}`;
+    title.textContent = `${call(plan.actions[after])} after ${call(plan.actions[before])}: ${reasonWords(reasons)}`;
     path.append(title);
     svg.append(path);
   }

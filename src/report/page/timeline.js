@@ -105,7 +105,8 @@ function worldAt(scene, timeline, t) {
 
 /** Returns whether an action is going on at time t; the last ones also at the very end. */
 function isCurrent(action, timeline, t) {
-  return action.start <= t && (t < action.end || (t >= timeline.duration && action.end >= timeline.duration));
+  const last = timeline.duration - 1e-6; // Times in a plan document are rounded.
+  return action.start <= t && (t < action.end || (t >= last && action.end >= last));
 }
 
 /** Returns the segment of the action at time t, if it moves. */

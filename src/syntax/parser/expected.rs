@@ -74,7 +74,11 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
         format!("expected {list}")
     };
     let mut problem = Problem::error("hatp::syntax", message, span, label);
-    let help = found.and_then(|f| foreign(f).map(str::to_owned));
+    let is_bare_pair = found == Some(",") && next.is_some_and(|comma| in_duration(comma, place));
+    let help = match is_bare_pair {
+        true => Some("a pair stands in parentheses: `duration { (3, 5) }`".to_owned()),
+        false => found.and_then(|f| foreign(f).map(str::to_owned)),
+    };
     let is_keyword = |w: &&&str| w.strip_prefix('`').is_some_and(|w| w.starts_with(char::is_alphabetic));
     let found_is = || {
         let after = next.and_then(|(_, end)| layout.around(end).1);
@@ -191,6 +195,17 @@ const NAME_MARKS: [&str; 6] = ["`=`", "`.`", "`(`", "`:`", "`<<=`", "`=>>`"];
 /// Says where a token may stand, if it is a keyword.
 pub(super) fn group(token: &str) -> Option<Group> {
     keywords().iter().find(|k| k.word == token).map(|k| k.group)
+}
+
+/// Returns true if the innermost open brace before the token is that of a `duration`.
+fn in_duration(token: Token, place: &Place<'_>) -> bool {
+    let tokens = &place.layout.tokens;
+    let n_before = tokens.partition_point(|t| t.0 < token.0);
+    let text_of = |i: usize| tokens.get(i).and_then(|(s, e)| place.text.get(*s..*e));
+    let open = (0..n_before)
+        .rev()
+        .find(|i| matches!(text_of(*i), Some("{" | "}" | ";")));
+    open.is_some_and(|i| text_of(i) == Some("{") && i > 0 && text_of(i - 1) == Some("duration"))
 }
 
 /// Returns how to say what other languages say with this mark.
