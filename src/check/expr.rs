@@ -412,13 +412,12 @@ impl Walk<'_> {
             // Its own problem has been reported.
             return (Value::One(nothing()), Kind::Unknown);
         };
-        match functions::written_out(template, &args) {
-            Some(value) => (value, kind),
-            None => {
-                self.problems.push(problems::too_large(call.span));
-                (Value::One(nothing()), Kind::Unknown)
-            }
-        }
+        let why = match functions::written_out(template, &args, &mut self.names.n_written_out) {
+            Ok(value) => return (value, kind),
+            Err(why) => why,
+        };
+        self.problems.0.extend(problems::too_large(why, call.span));
+        (Value::One(nothing()), Kind::Unknown)
     }
 
     /// Returns a question to geometry, or to a fact of the domain.

@@ -3,6 +3,8 @@
 //! A fact is about the world, so it may ask geometry and other facts and read what never changes, but no dynamic attribute:
 //! else nobody could say when the attributes that are read from it change. Recursion is an error.
 
+use indexmap::{IndexMap, IndexSet};
+
 use super::expr::{Scope, Walk};
 use super::functions::Functions;
 use super::names::{Asks, Names};
@@ -11,9 +13,12 @@ use crate::diag::Problems;
 use crate::ir::{self, Expr, Test};
 use crate::syntax::ast::{self, Item};
 
+/// Facts that ask one another, each inside of the one before: asked by recursion. HEURISTIC: far above real domains.
+const MAX_FACTS_DEEP: usize = 32;
+
 /// Compiles the bodies of all facts of the domain.
 pub(super) fn compile(items: &[&Item], names: &mut Names, functions: &Functions, problems: &mut Problems) {
-    let mut compiled: Vec<&ast::Fact> = Vec::new();
+    let mut compiled: IndexMap<usize, &ast::Fact> = IndexMap::new();
     for item in items {
         let Item::Fact(fact) = item else { continue };
         let Some(body) = fact.body.as_ref().filter(|_| fact.span.file != PRELUDE) else {
@@ -48,16 +53,30 @@ pub(super) fn compile(items: &[&Item], names: &mut Names, functions: &Functions,
         if let Some(out) = names.domain.facts.get_mut(id.index()) {
             out.body = Test::And(tests);
             out.n_vars = n_vars;
-            compiled.push(fact);
+            compiled.insert(id.index(), fact);
         }
     }
     // After the functions are written out, so that a circle through one is found, too.
     let after: Vec<Vec<usize>> = names.domain.facts.iter().map(asked).collect();
-    for position in super::order::sort(&after).circles.iter().flatten() {
-        if let Some(fact) = names.domain.facts.get(*position)
-            && let Some(declared) = compiled.iter().find(|f| f.name.text == fact.name)
-        {
-            problems.push(problems::recursive_fact(&declared.name));
+    let sorted = super::order::sort(&after);
+    for declared in sorted.circles.iter().flatten().filter_map(|i| compiled.get(i)) {
+        problems.push(problems::recursive_fact(&declared.name));
+    }
+    let mut depths = vec![0; after.len()];
+    for i in sorted.order {
+        let below = after.get(i).into_iter().flatten().filter_map(|b| depths.get(*b));
+        let mut depth = below.max().map_or(1, |d| d + 1);
+        if depth > MAX_FACTS_DEEP {
+            problems.0.extend(
+                compiled
+                    .get(&i)
+                    .map(|f| problems::too_many_facts(&f.name, MAX_FACTS_DEEP)),
+            );
+            // The next one is reported when it has as many below it again.
+            depth = 1;
+        }
+        if let Some(of) = depths.get_mut(i) {
+            *of = depth;
         }
     }
 }
@@ -82,14 +101,12 @@ fn reads_state(test: &Test, domain: &ir::Domain) -> Option<String> {
 
 /// Returns the positions of the facts that its body asks.
 fn asked(fact: &ir::Fact) -> Vec<usize> {
-    let mut out = Vec::new();
+    let mut out = IndexSet::new();
     fact.body.any(&mut |expr| {
-        if let Expr::Fact { fact, .. } = expr
-            && !out.contains(&fact.index())
-        {
-            out.push(fact.index());
+        if let Expr::Fact { fact, .. } = expr {
+            out.insert(fact.index());
         }
         false
     });
-    out
+    out.into_iter().collect()
 }

@@ -15,6 +15,10 @@ use crate::syntax::ast::{self, ExprKind, Item};
 const MAX_NODES: usize = 10_000;
 const MAX_DEPTH: usize = 400;
 
+/// All that functions are written out to in one domain [nodes]. HEURISTIC: far above real domains; without it every one
+/// of a thousand calls might grow to the largest expression.
+const MAX_NODES_OF_DOMAIN: usize = 1_000_000;
+
 /// What an expression computes.
 #[derive(Debug, Clone)]
 pub(super) enum Value {
@@ -44,8 +48,15 @@ pub(super) fn compile(items: &[&Item], names: &mut Names, problems: &mut Problem
     let after: Vec<Vec<usize>> = declared.values().map(calls).collect();
     let sorted = super::order::sort(&after);
     let mut out = Functions::new();
-    for (name, function) in sorted.order.iter().filter_map(|i| declared.get_index(*i)) {
-        if let Some(value) = body(function, names, &out, problems) {
+    let called = |i: usize| after.get(i).into_iter().flatten();
+    for i in sorted.order {
+        let Some((name, function)) = declared.get_index(i) else {
+            continue;
+        };
+        let value = body(function, names, &out, problems);
+        // One that calls a faulty function has no value either: with half of it the next fault would only be hidden.
+        let is_whole = called(i).all(|c| declared.get_index(*c).is_some_and(|(c, _)| out.contains_key(*c)));
+        if let Some(value) = value.filter(|_| is_whole) {
             out.insert((*name).to_owned(), value);
         }
     }
@@ -102,14 +113,34 @@ fn body(function: &ast::Function, names: &mut Names, functions: &Functions, prob
     (problems.0.len() == n_before).then_some(value)
 }
 
-/// Returns the body with `args` for its parameters; `None` when that grows too large.
-pub(super) fn written_out(template: &Value, args: &[Expr]) -> Option<Value> {
+/// Why a call is not written out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TooLarge {
+    Expression,
+    /// This call is the one with which all of them together have become too large.
+    Domain,
+    /// An earlier one was.
+    DomainBefore,
+}
+
+/// Returns the body with `args` for its parameters; `n_nodes` counts what has been written out in the domain.
+pub(super) fn written_out(template: &Value, args: &[Expr], n_nodes: &mut usize) -> Result<Value, TooLarge> {
+    if *n_nodes > MAX_NODES_OF_DOMAIN {
+        return Err(TooLarge::DomainBefore);
+    }
     let sizes: Vec<(usize, usize)> = args.iter().map(measure).collect();
-    let one = |expr: &Expr| {
+    let mut one = |expr: &Expr| {
         let (nodes, depth) = measure_with(expr, &sizes);
-        (nodes <= MAX_NODES && depth <= MAX_DEPTH).then(|| substitute(expr, args))
+        if nodes > MAX_NODES || depth > MAX_DEPTH {
+            return Err(TooLarge::Expression);
+        }
+        *n_nodes += nodes;
+        if *n_nodes > MAX_NODES_OF_DOMAIN {
+            return Err(TooLarge::Domain);
+        }
+        Ok(substitute(expr, args))
     };
-    Some(match template {
+    Ok(match template {
         Value::One(expr) => Value::One(one(expr)?),
         Value::Pair(least, most) => Value::Pair(one(least)?, one(most)?),
     })

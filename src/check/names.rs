@@ -55,6 +55,8 @@ pub(super) struct Names {
     pub functions: IndexMap<String, (Signature, Kind)>,
     pub tasks: IndexMap<String, (ir::TaskId, Signature)>,
     strings: IndexMap<String, StringId>,
+    /// What functions have been written out to so far [nodes].
+    pub n_written_out: usize,
 }
 
 impl Names {
@@ -94,17 +96,33 @@ impl Names {
                 None => self.add_type(&name.text, Some(name.span)),
             }
         }
+        let mut heads = vec![None; self.domain.types.len()];
         for t in declared() {
             let Some(parent) = &t.parent else { continue };
-            let (Some(parent), Some(sub)) = (self.type_named(parent, problems), self.types.get(&t.name.text)) else {
+            let (Some(parent), Some((sub, _))) = (self.type_named(parent, problems), self.types.get(&t.name.text))
+            else {
                 continue;
             };
-            let sub = sub.0;
-            if self.domain.is_subtype(parent, sub) {
-                problems.push(problems::type_cycle(&t.name));
-            } else if let Some(ty) = self.domain.types.get_mut(sub.index()) {
+            if let (Some(ty), Some(head)) = (self.domain.types.get_mut(sub.index()), heads.get_mut(sub.index())) {
                 ty.parent = Some(parent);
+                *head = Some(t);
             }
+        }
+        // Walking up from each type instead would take a long chain of types apart again and again.
+        let parents = self.domain.types.iter().map(|t| t.parent.map(|p| p.index()));
+        let after: Vec<Vec<usize>> = parents.map(|p| p.into_iter().collect()).collect();
+        for circle in super::order::sort(&after).circles {
+            let Some(last) = circle.into_iter().max() else { continue };
+            if let Some(ty) = self.domain.types.get_mut(last) {
+                ty.parent = None;
+            }
+            problems.0.extend(
+                heads
+                    .get(last)
+                    .copied()
+                    .flatten()
+                    .map(|t| problems::type_cycle(&t.name)),
+            );
         }
     }
 

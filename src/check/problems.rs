@@ -1,5 +1,6 @@
 //! Every error of this room, one constructor for each kind; warnings are worded in [`super::lints`], those of a walk here.
 
+use super::functions::TooLarge;
 use crate::diag::Problem;
 use crate::diag::suggest::{did_you_mean, nearest};
 use crate::source::Span;
@@ -209,9 +210,14 @@ pub(super) fn recursive(name: &Name) -> Problem {
         .help("functions are written out where they are called; recursion belongs in methods")
 }
 
-pub(super) fn too_large(span: Span) -> Problem {
-    let message = "this expression is too large when its functions are written out";
-    Problem::error("hatp::too-large", message, span, "").help("call fewer functions within functions")
+pub(super) fn too_large(why: TooLarge, span: Span) -> Option<Problem> {
+    let message = match why {
+        TooLarge::Expression => "this expression is too large when its functions are written out",
+        TooLarge::Domain => "the domain is too large when its functions are written out",
+        TooLarge::DomainBefore => return None,
+    };
+    let problem = Problem::error("hatp::too-large", message, span, "");
+    Some(problem.help("call fewer functions within functions"))
 }
 
 pub(super) fn too_many_slots(n_attributes: usize, n_entities: usize, span: Span) -> Problem {
@@ -225,6 +231,15 @@ pub(super) fn too_many_supertypes(name: &Name, limit: usize) -> Problem {
         name.text
     );
     Problem::error("hatp::too-large", message, name.span, "").help("remove levels between the types")
+}
+
+pub(super) fn too_many_facts(name: &Name, limit: usize) -> Problem {
+    let message = format!(
+        "fact `{}` asks facts that ask others, more than {limit} deep",
+        name.text
+    );
+    Problem::error("hatp::too-large", message, name.span, "")
+        .help("write the tests of some facts into those that ask them")
 }
 
 pub(super) fn type_cycle(name: &Name) -> Problem {

@@ -8,6 +8,7 @@ use clap::Args;
 use super::disk::Disk;
 use super::output::{Failure, print, say, write_file};
 use super::{code, report};
+use sgap::diag::render::fitted;
 use sgap::diag::{Problem, Problems};
 use sgap::source::{Files, Sources};
 use sgap::syntax;
@@ -96,6 +97,8 @@ fn formatted(path: &Path, sources: &mut Sources) -> Result<(String, String), Pro
 /// Returns the lines that differ, between what both texts have in common at their beginning and at their end.
 fn difference(old: &str, new: &str) -> String {
     const MOST: usize = 40;
+    // Characters of a line.
+    const WIDEST: usize = 200;
     let (old, new): (Vec<&str>, Vec<&str>) = (old.split('\n').collect(), new.split('\n').collect());
     let same = |pair: &(&&str, &&str)| pair.0 == pair.1;
     let head = old.iter().zip(&new).take_while(same).count();
@@ -111,7 +114,8 @@ fn difference(old: &str, new: &str) -> String {
     for (sign, lines) in [('-', &old), ('+', &new)] {
         let lines = &lines[head..lines.len() - tail];
         for line in lines.iter().take(MOST) {
-            out.push_str(&format!("  {sign} {}\n", line.trim_end_matches('\r')));
+            let shown = fitted(line.trim_end_matches('\r'), WIDEST);
+            out.push_str(&format!("  {sign} {shown}\n"));
         }
         if lines.len() > MOST {
             out.push_str(&format!("  {sign} and {} more lines\n", lines.len() - MOST));

@@ -91,9 +91,10 @@ fn concise(problem: &Problem, sources: &Sources, lines: &mut BTreeMap<FileId, Li
     format!("{place}{severity}[{}]: {message}{help}\n", problem.code)
 }
 
-/// Returns the text for a terminal: control characters escaped, and without its middle if it is too long.
-fn fitted(text: &str, most: usize) -> Cow<'_, str> {
-    let is_plain = |c: char| c == '\n' || !steers(c);
+/// Returns the text for a terminal: control characters escaped, and without its middle if it has more than `most`
+/// characters.
+pub fn fitted(text: &str, most: usize) -> Cow<'_, str> {
+    let is_plain = |c: char| matches!(c, '\n' | '\t') || !steers(c);
     if text.len() <= most && text.chars().all(is_plain) {
         return Cow::Borrowed(text);
     }

@@ -78,3 +78,12 @@ fn the_standard_input_goes_to_the_standard_output() {
         .code(1)
         .stdout("");
 }
+
+#[test]
+fn an_endless_line_is_shown_in_part() {
+    let lab = Lab::new();
+    lab.write("a.hatp", format!("{UNTIDY}//{}\u{202e}", "-".repeat(100_000)));
+    let said = lab.ends(1, &["fmt", "--check", "a.hatp"]);
+    said.says(&["- HTN{action", "…", "\\u{202e}"]);
+    assert!(said.err.len() < 2_000, "{}", said.err);
+}
