@@ -34,12 +34,13 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let page = html::page(&world.scene, &world.start, plan.as_ref(), &title(&options.inputs));
     write_file(&options.output, &page)?;
     say(&format!("{} written\n", options.output.display()));
-    if !options.no_open && std::io::stderr().is_terminal() {
-        if let Err(why) = opener::open(&options.output) {
-            say(&format!(
-                "no browser could be started ({why}); open the page yourself\n"
-            ));
-        }
+    if !options.no_open
+        && std::io::stderr().is_terminal()
+        && let Err(why) = opener::open(&options.output)
+    {
+        say(&format!(
+            "no browser could be started ({why}); open the page yourself\n"
+        ));
     }
     Ok(())
 }
