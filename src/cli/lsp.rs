@@ -22,7 +22,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         // The protocol: an `exit` without `shutdown` is no good end, and neither is an editor that went away.
         Ok(false) => Err(Failure::Code(code::PROBLEMS)),
         Err(why) => {
-            say(&format!("the editor sent what is no message: {why}\n"));
+            say(&format!("the connection to the editor broke: {why}\n"));
             Err(Failure::Code(code::PROBLEMS))
         }
     }

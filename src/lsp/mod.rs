@@ -26,6 +26,7 @@ mod place;
 mod position;
 mod rename;
 mod server;
+mod wire;
 
 use crate::source::Files;
 
@@ -33,10 +34,11 @@ use crate::source::Files;
 ///
 /// `files` are for imports. `Ok(true)` if it said `shutdown` before, as the protocol asks. The error says why the connection broke.
 pub fn serve_stdio(files: &dyn Files) -> Result<bool, String> {
-    let (connection, threads) = lsp_server::Connection::stdio();
+    let connected = wire::connect(std::io::stdin(), std::io::stdout());
+    let (connection, wire) = connected.map_err(|e| format!("no threads to talk with: {e}"))?;
     let ended_well = server::serve(&connection, files);
     // The writer's thread ends when nobody can send any more.
     drop(connection);
-    threads.join().map_err(|e| e.to_string())?;
+    wire.close()?;
     Ok(ended_well)
 }

@@ -149,6 +149,22 @@ impl Client {
         }
     }
 
+    /// Waits for an error that answers no question of ours.
+    pub fn error_without_question(&mut self) -> Value {
+        loop {
+            let message = self.output.recv_timeout(PATIENCE).expect("an error");
+            if message.get("error").is_some() {
+                return message;
+            }
+            self.told.push(message);
+        }
+    }
+
+    /// How many notifications of this kind came and were not forgotten.
+    pub fn n_told(&self, method: &str) -> usize {
+        self.told.iter().filter(|m| m["method"] == method).count()
+    }
+
     /// Forgets what was told so far.
     pub fn forget(&mut self) {
         self.told.clear();

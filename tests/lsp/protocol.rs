@@ -64,6 +64,48 @@ fn what_is_not_known_is_an_error_and_not_the_end() {
 }
 
 #[test]
+fn a_body_that_is_no_message_is_answered_and_not_the_end() {
+    let mut client = Client::with(THREE_OBJECTS);
+    for (body, code) in [
+        (&b"{\"jsonrpc\": "[..], -32700),
+        (b"\xff\xfe", -32700),
+        (b"", -32700),
+        (b"[]", -32600),
+    ] {
+        client.send_raw(format!("content-length:{}\r\n\r\n", body.len()).as_bytes());
+        client.send_raw(body);
+        let answer = client.error_without_question();
+        assert_eq!(
+            (&answer["error"]["code"], &answer["id"]),
+            (&json!(code), &Value::Null),
+            "{answer}"
+        );
+    }
+    let found = client.ask_at("textDocument/hover", &at(THREE_OBJECTS, "action Pick"));
+    assert!(found.unwrap().is_object());
+    assert_eq!(client.leave().0.code(), Some(0));
+}
+
+#[test]
+fn a_header_that_lies_ends_the_session() {
+    for header in [
+        "Content-Length: 18446744073709551615\r\n\r\n{}",
+        "Content-Length: -1\r\n\r\n{}",
+        "Content-Type: json\r\n\r\n{}",
+        "Content-Length: 500\r\n\r\n{}",
+    ] {
+        let mut client = Client::new();
+        client.send_raw(header.as_bytes());
+        let (status, said) = client.end();
+        assert_eq!(status.code(), Some(1), "{header}");
+        assert!(!said.contains("panicked"), "{said}");
+    }
+    let mut client = Client::new();
+    client.send_raw(&[b'x'; 10_000]);
+    assert!(client.end().1.contains("a header line without an end"));
+}
+
+#[test]
 fn a_closed_document_loses_its_diagnostics() {
     let mut client = Client::with("HTN { action A(");
     assert!(!client.diagnostics(1).is_empty());

@@ -250,6 +250,26 @@ fn a_proposal_tells_what_it_is() {
     );
 }
 
+/// What is typed while a large document is looked at costs one more look, and not one for each character.
+#[test]
+fn fast_typing_is_looked_at_once() {
+    let boxes: String = (0..3000).map(|i| format!("B{i} = new Box;\n")).collect();
+    let text = format!("factdatabase {{ define entityType Box;\n{boxes}}}\n");
+    let mut client = Client::with(&text);
+    client.diagnostics(1);
+    client.forget();
+    let start = json!({ "line": 1, "character": 0 });
+    for version in 2..=200 {
+        client.change(
+            version,
+            json!([{ "range": { "start": start, "end": start }, "text": "x" }]),
+        );
+    }
+    client.diagnostics(200);
+    let n = client.n_told("textDocument/publishDiagnostics");
+    assert!(n < 100, "looked at {n} times");
+}
+
 #[test]
 fn a_near_name_is_a_quick_fix() {
     let mut client = Client::with(BROKEN);
