@@ -1,7 +1,7 @@
 //! A failed test in the language's own words, with the values that it met.
 
 use super::eval::Context;
-use crate::ir::{Domain, Expr, SlotId, Test, Value, show_expr};
+use crate::ir::{Domain, Expr, SlotId, Test, Value, Var, show_expr};
 
 /// Returns the first literal of a false test with variables replaced by their values, and the attribute values that it met.
 pub(super) fn failed_literal(context: &mut Context<'_>, test: &Test, frame: &mut [Value]) -> (String, String) {
@@ -26,13 +26,16 @@ pub(super) fn failed_literal(context: &mut Context<'_>, test: &Test, frame: &mut
     slots.dedup();
     let met: Vec<String> = slots
         .iter()
-        .take(4)
+        .take(MOST_MET)
         .map(|s| {
             let value = context.slot(*s);
             format!("{} is {}", slot_name(context.domain, *s), context.domain.show(&value))
         })
         .collect();
-    (show_test(context.domain, test, frame), met.join(", "))
+    let more = if slots.len() > MOST_MET { ", ..." } else { "" };
+    let domain = context.domain;
+    let literal = show_test(domain, test, &|var| domain.show(&frame[var.index()]));
+    (literal, met.join(", ") + more)
 }
 
 /// Returns `RED_CUBE.isOn`.
@@ -42,12 +45,16 @@ pub(super) fn slot_name(domain: &Domain, slot: SlotId) -> String {
     format!("{}.{}", domain.entities[entity].name, domain.attributes[attribute].name)
 }
 
-fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
-    let show = |e: &Expr| show_expr(domain, e, &|var| domain.show(&frame[var.index()]));
+/// Attribute values shown with a literal.
+const MOST_MET: usize = 4;
+
+/// Returns a test in the language's own words; `name` says what stands for a variable.
+pub(super) fn show_test(domain: &Domain, test: &Test, name: &dyn Fn(Var) -> String) -> String {
+    let show = |e: &Expr| show_expr(domain, e, name);
     let all = |tests: &[Test]| {
         tests
             .iter()
-            .map(|t| show_test(domain, t, frame))
+            .map(|t| show_test(domain, t, name))
             .collect::<Vec<_>>()
             .join("; ")
     };
@@ -56,7 +63,7 @@ fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
         Test::Or(parts) => {
             let blocks: Vec<String> = parts
                 .iter()
-                .map(|t| format!("{{{}}}", show_test(domain, t, frame)))
+                .map(|t| format!("{{{}}}", show_test(domain, t, name)))
                 .collect();
             format!("OR{}", blocks.concat())
         }
@@ -64,7 +71,7 @@ fn show_test(domain: &Domain, test: &Test, frame: &[Value]) -> String {
             Test::Member { element, set } => {
                 format!("{} !>> {}", show(element), show(set))
             }
-            other => format!("NOT{{{}}}", show_test(domain, other, frame)),
+            other => format!("NOT{{{}}}", show_test(domain, other, name)),
         },
         Test::Compare { op, left, right } => {
             format!("{} {} {}", show(left), op.symbol(), show(right))

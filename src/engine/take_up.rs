@@ -1,5 +1,6 @@
 //! Takes up tasks: evaluates the arguments of subtasks, decomposes methods, binds variables.
 
+use super::explain::show_test;
 use super::outcome::{NONE, Node};
 use super::prepare::Join;
 use super::refusals::Kind;
@@ -161,10 +162,21 @@ impl<'a> Search<'a> {
 
     fn refuse_binding(&mut self, node: u32, binder: u32) -> Flow {
         let domain = self.context.domain;
-        let Some(Binder::Select { var_name, ty, .. }) = self.binder(node, binder) else {
+        let Some(Binder::Select {
+            var,
+            var_name,
+            ty,
+            filter,
+            ..
+        }) = self.binder(node, binder)
+        else {
             return Flow::Back;
         };
-        let which = self.tree.nodes[node as usize].decomposition;
+        let Node {
+            decomposition: which,
+            frame,
+            ..
+        } = self.tree.nodes[node as usize];
         self.refuse(
             Kind::NoBinding,
             node,
@@ -173,6 +185,10 @@ impl<'a> Search<'a> {
                 task: search.show(node),
                 variable: var_name.clone(),
                 candidates: domain.types[ty.index()].entities.len(),
+                filter: show_test(domain, filter, &|v| match v == *var {
+                    true => var_name.clone(),
+                    false => domain.show(&search.tree.values[frame as usize + v.index()]),
+                }),
             },
         )
     }

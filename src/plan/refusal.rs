@@ -22,6 +22,8 @@ pub enum Refusal {
         task: String,
         variable: String,
         candidates: usize,
+        /// What it had to pass; empty where anything does.
+        filter: String,
     },
     /// A subtask's argument was NULL when it was reached.
     NullArgument { task: String, position: usize },
@@ -138,8 +140,13 @@ impl fmt::Display for Refusal {
                 task,
                 variable,
                 candidates,
+                filter,
             } => {
-                write!(f, "{task}: none of {candidates} entities can be {variable}")
+                let colon = if filter.is_empty() { "" } else { ": " };
+                write!(
+                    f,
+                    "{task}: none of {candidates} entities can be {variable}{colon}{filter}"
+                )
             }
             Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
             Refusal::BadNumber {

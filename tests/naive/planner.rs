@@ -210,15 +210,25 @@ fn holds(s: &State, f: &Frame, test: &Test) -> bool {
 }
 
 fn apply(s: &mut State, f: &Frame, effects: &[Effect]) {
-    let value = |s: &State, o: &Option<Object>| match o.as_ref().and_then(|o| object(s, f, o)) {
-        Some(Value::Object(o)) => Some(o),
-        _ => None,
+    // NULL is a value like others; a value behind a step through NULL is none, and the effect changes nothing.
+    let value = |s: &State, o: &Option<Object>| match o.as_ref().map(|o| object(s, f, o)) {
+        Some(None) => None,
+        Some(Some(Value::Object(o))) => Some(Some(o)),
+        _ => Some(None),
     };
     for effect in effects {
         match effect {
             Effect::Done(o, done) => s.done[variable(f, o).unwrap()] = *done,
-            Effect::Hold(a, o) => s.holds[agent(f, a).unwrap()] = value(s, o),
-            Effect::Next(o, to) => s.next[variable(f, o).unwrap()] = value(s, to),
+            Effect::Hold(a, o) => {
+                if let Some(new) = value(s, o) {
+                    s.holds[agent(f, a).unwrap()] = new;
+                }
+            }
+            Effect::Next(o, to) => {
+                if let Some(new) = value(s, to) {
+                    s.next[variable(f, o).unwrap()] = new;
+                }
+            }
             Effect::Count(a) => s.count[agent(f, a).unwrap()] += 1,
             Effect::Use(o, a, adds) => {
                 let (o, bit) = (variable(f, o).unwrap(), 1 << agent(f, a).unwrap());
