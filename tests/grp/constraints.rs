@@ -184,3 +184,51 @@ fn a_pick_may_have_constraints_too() {
     );
     assert!(refusal.exhausted, "every grasp was tried");
 }
+
+#[test]
+fn constraints_leave_out_solutions_and_change_none() {
+    let case = case(&[ROBOT, HUMAN, TABLE, CUBE, OTHER]);
+    let mut grp = case.grp(0);
+    case.project(&mut grp, "pick", &["PR2", "CUBE"]).unwrap();
+    let held = grp.save();
+    let apart = |grp: &mut Grp<'_>, a: &str, b: &str| match case.ask(grp, "distance", &[a, b]) {
+        Some(Value::Number(x)) => x,
+        other => panic!("{other:?}"),
+    };
+    // One follows from where the things are, the other from where the arm has come to rest.
+    let (things, arm) = (0.25, 0.15);
+    let gas = place(&case, &mut grp, &Formula::TRUE).unwrap().gas.gas;
+    let mut free = Vec::new();
+    for alternative in 0..16 {
+        grp.restore(held);
+        let Ok(found) = grp.find_alternative(gas, alternative) else {
+            break;
+        };
+        let suits = apart(&mut grp, "CUBE", "OTHER") >= things && apart(&mut grp, "PR2", "OTHER") < arm;
+        let geometry = grp.geometry(found.gas).unwrap();
+        free.push((suits, format!("{:?} {:?}", geometry.placement, geometry.sub_actions)));
+    }
+    let expected: Vec<&String> = free.iter().filter(|f| f.0).map(|f| &f.1).collect();
+    assert!(
+        !expected.is_empty() && expected.len() < free.len(),
+        "{} of {}",
+        expected.len(),
+        free.len()
+    );
+    let wanted = Formula::And(vec![
+        Formula::Not(Box::new(nearer(&case, "CUBE", "OTHER", things))),
+        nearer(&case, "PR2", "OTHER", arm),
+    ]);
+    grp.restore(held);
+    let first = place(&case, &mut grp, &wanted).unwrap();
+    for (alternative, expected) in expected.into_iter().enumerate() {
+        grp.restore(held);
+        let alternative = u32::try_from(alternative).unwrap();
+        let found = grp.find_alternative(first.gas.gas, alternative).unwrap();
+        let geometry = grp.geometry(found.gas).unwrap();
+        assert_eq!(
+            &format!("{:?} {:?}", geometry.placement, geometry.sub_actions),
+            expected
+        );
+    }
+}
