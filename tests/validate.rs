@@ -90,6 +90,12 @@ fn a_right_plan_with_requests_is_accepted() {
         Test::Not(Box::new(surroundings::nearer(&mut domain, object, table, 1e-7))),
     ];
     domain.actions[1].constraints = Test::And(place.to_vec());
+    // Before it is put down it is in the hand: it goes along, and is nothing to stand near.
+    let near_held = holds(&mut domain, "enoughRoom", &[agent, object, table]);
+    domain.actions[1].preconditions = Test::And(vec![
+        domain.actions[1].preconditions.clone(),
+        Test::Not(Box::new(near_held)),
+    ]);
     replay(
         &plan,
         &domain,

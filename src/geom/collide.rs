@@ -86,6 +86,12 @@ impl Solid {
     pub fn radius(&self) -> f64 {
         self.radius
     }
+
+    /// Returns half the sides [m] of a box around it in the world, its axes along those of W and its middle at the origin of S.
+    pub fn half_extent(&self, X_WS: &Pose) -> Vec3 {
+        let R_WS = X_WS.rotation.to_rotation_matrix();
+        R_WS.matrix().abs() * self.half + Vec3::repeat(self.round)
+    }
 }
 
 /// Returns whether two solids have a point in common. Poses that are not finite touch everything.

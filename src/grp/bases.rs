@@ -45,6 +45,10 @@ const TOUCH: f64 = 0.001;
 /// How much more the way that is left counts than the way that was gone: any path will do, not the shortest (weighted A*: Pohl
 /// 1970, doi:10.1016/0004-3702(70)90007-X).
 const GREED: f64 = 3.0;
+/// Half of the longest move [m].
+const SPARE: f64 = STEP * std::f64::consts::FRAC_1_SQRT_2;
+/// What lengths may be off by [m].
+const ROUNDING: f64 = 1e-9;
 /// Cost of a turn by 45 degrees, in metres.
 const TURN: f64 = 0.05;
 
@@ -62,6 +66,24 @@ pub(super) struct Bases<'a> {
     radius: f64,
     middle: f64,
     others: Vec<Placed<'a>>,
+    /// Those of `others` that are at the agent's height: their position there, and a box around them on the floor.
+    in_the_way: Vec<(usize, Footprint)>,
+}
+
+/// A rectangle on the floor, its sides along x and y: middle and half sides [m].
+#[derive(Debug, Clone, Copy)]
+struct Footprint {
+    middle: [f64; 2],
+    half: [f64; 2],
+}
+
+impl Footprint {
+    /// Says whether some point of it is within `reach` [m] of (x, y).
+    fn is_within(&self, reach: f64, x: f64, y: f64) -> bool {
+        let dx = ((x - self.middle[0]).abs() - self.half[0]).max(0.0);
+        let dy = ((y - self.middle[1]).abs() - self.half[1]).max(0.0);
+        dx * dx + dy * dy <= reach * reach
+    }
 }
 
 impl<'a> Bases<'a> {
@@ -87,6 +109,23 @@ impl<'a> Bases<'a> {
         own.sort_by(|a, b| b.0.radius().total_cmp(&a.0.radius()));
         let half_length = ((high - low) / 2.0).max(0.0);
         let around = Shape::Cylinder { radius, half_length };
+        let others = place_all(prepared, state, &X_WL, &|owner| match owner {
+            Owner::Link { agent: a, .. } => a == agent,
+            Owner::Object(o) => holds(o),
+        });
+        let z = state.agents[agent].X_WB.translation.z;
+        let in_the_way = others.iter().enumerate().filter_map(|(i, b)| {
+            let (p, half) = (b.X_WS.translation.vector, b.solid.half_extent(&b.X_WS));
+            let is_level = p.z - half.z <= z + high + ROUNDING && p.z + half.z >= z + low - ROUNDING;
+            is_level.then_some((
+                i,
+                Footprint {
+                    middle: [p.x, p.y],
+                    half: [half.x, half.y],
+                },
+            ))
+        });
+        let in_the_way = in_the_way.collect();
         Bases {
             scene,
             prepared,
@@ -95,31 +134,42 @@ impl<'a> Bases<'a> {
             seed,
             own,
             // Half of the longest move, so that what is free at both ends is free on the way.
-            around: Solid::padded(&around, STEP / f64::sqrt(2.0)),
+            around: Solid::padded(&around, SPARE),
             radius,
             middle: (high + low) / 2.0,
-            others: place_all(prepared, state, &X_WL, &|owner| match owner {
-                Owner::Link { agent: a, .. } => a == agent,
-                Owner::Object(o) => holds(o),
-            }),
+            others,
+            in_the_way,
         }
+    }
+
+    /// Returns what can touch the agent with its base at `X_WB`, or come as near to it as `spare` [m].
+    fn near(&self, X_WB: &Pose, spare: f64) -> impl Iterator<Item = &(usize, Footprint)> {
+        let (x, y) = (X_WB.translation.x, X_WB.translation.y);
+        let reach = self.radius + spare + ROUNDING;
+        self.in_the_way.iter().filter(move |(_, f)| f.is_within(reach, x, y))
     }
 
     /// Says whether the cylinder about the agent is free there, with half a step to spare.
     fn is_roomy(&self, X_WB: &Pose) -> bool {
         let X_WS = X_WB * Pose::translation(0.0, 0.0, self.middle);
         !self
-            .others
-            .iter()
+            .near(X_WB, SPARE)
+            .map(|(i, _)| &self.others[*i])
             .any(|b| overlap(&self.around, &X_WS, b.solid, &b.X_WS))
     }
 
     /// Says whether the agent's shapes are free there.
     fn is_free(&self, X_WB: &Pose) -> bool {
-        self.own.iter().all(|(solid, X_BS)| {
-            let X_WS = X_WB * X_BS;
-            !self.others.iter().any(|b| overlap(solid, &X_WS, b.solid, &b.X_WS))
-        })
+        let near: Vec<&(usize, Footprint)> = self.near(X_WB, 0.0).collect();
+        near.is_empty()
+            || self.own.iter().all(|(solid, X_BS)| {
+                let X_WS = X_WB * X_BS;
+                let (x, y, reach) = (X_WS.translation.x, X_WS.translation.y, solid.radius() + ROUNDING);
+                !near.iter().any(|(i, footprint)| {
+                    let b = &self.others[*i];
+                    footprint.is_within(reach, x, y) && overlap(solid, &X_WS, b.solid, &b.X_WS)
+                })
+            })
     }
 
     /// Returns the pose of a base at (x, y) on its floor with that heading.
@@ -306,7 +356,23 @@ impl<'a> Bases<'a> {
         if already || self.scene.agents[self.agent].base == BaseKind::Fixed {
             return Some(already);
         }
-        Some(self.search(goal, &shoulders, entity))
+        Some(self.is_at_height(&shoulders, entity) && self.search(goal, &shoulders, entity))
+    }
+
+    /// Says whether the entity is no farther above or below a shoulder than the arm is long: wherever the base goes, that stays.
+    fn is_at_height(&self, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
+        let spans: Vec<(f64, f64)> = match entity {
+            EntityRef::Agent(other) => self.shoulders(other).iter().map(|(q, far)| (q.z, *far)).collect(),
+            EntityRef::Object(_) | EntityRef::Virtual(_) => {
+                let bodies = self.bodies(entity).into_iter();
+                bodies
+                    .map(|b| (b.X_WS.translation.z, b.solid.half_extent(&b.X_WS).z))
+                    .collect()
+            }
+        };
+        let is_level =
+            |(p, reach): &(Vec3, f64)| spans.iter().any(|(z, far)| (p.z - z).abs() <= reach + far + ROUNDING);
+        shoulders.iter().any(is_level)
     }
 
     fn search(&self, goal: Vec3, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
@@ -340,6 +406,9 @@ impl<'a> Bases<'a> {
             let known = roomy.entry((n.0, n.1));
             *known.or_insert_with(|| self.is_roomy(&pose((n.0, n.1, 0), (0.0, 0.0, 0.0))))
         };
+        // Up to ten moves end at a place: it is looked at once.
+        let mut free: BTreeMap<Node, bool> = BTreeMap::new();
+        let mut is_free_at = |n: Node| *free.entry(n).or_insert_with(|| self.is_free(&pose(n, (0.0, 0.0, 0.0))));
         let start: Node = (0, 0, 0);
         let mut best: BTreeMap<Node, f64> = BTreeMap::from([(start, 0.0)]);
         let mut closed: BTreeSet<Node> = BTreeSet::new();
@@ -355,6 +424,10 @@ impl<'a> Bases<'a> {
             }
             if self.reaches_from(&pose(node, (0.0, 0.0, 0.0)), shoulders, entity, &mut tried) {
                 return true;
+            }
+            // No stand will be tried any more.
+            if tried.len() >= MAX_TRIES {
+                return false;
             }
             let cost = best.get(&node).copied().unwrap_or(f64::INFINITY);
             let moves = [
@@ -380,10 +453,11 @@ impl<'a> Bases<'a> {
                 }
                 let checks = if turn == 0 { CHECKS_ALONG } else { CHECKS_TURNING };
                 let is_free = (is_roomy(node) && is_roomy(next))
-                    || (1..=checks).all(|k| {
-                        let t = f64::from(k) / f64::from(checks);
-                        self.is_free(&pose(node, (t * f64::from(dx), t * f64::from(dy), t * f64::from(turn))))
-                    });
+                    || (is_free_at(next)
+                        && (1..checks).all(|k| {
+                            let t = f64::from(k) / f64::from(checks);
+                            self.is_free(&pose(node, (t * f64::from(dx), t * f64::from(dy), t * f64::from(turn))))
+                        }));
                 if is_free {
                     best.insert(next, cost + length);
                     open.push(Reverse((rank(cost + length + estimate(next)), next)));

@@ -189,6 +189,10 @@ pub(super) fn room(
     let (Some(p_near), Some(p_entity)) = (bases.place(near), bases.place(entity)) else {
         return (false, false);
     };
+    // What it holds goes with it wherever it stands: that is no place to stand near.
+    if bases.has(near) {
+        return (false, false);
+    }
     let landmark = bases.bodies_of(near);
     // Whether it suits with that slack; a negative one asks for room to spare.
     let suits = |X_WB: &Pose, slack: f64| {

@@ -69,6 +69,7 @@ pub(super) fn status(
             Some(least) => near(NEXT_TO - least, NEXT_TO_MARGIN),
             None => Status::Fails,
         },
+        ("isBigger" | "isSmaller", a, b) if a == b => Status::Fails,
         ("isBigger", a, b) => bigger(bodies, a, b),
         ("isSmaller", a, b) => bigger(bodies, b, a),
         ("isOn" | "isIn" | "hasInHand" | "isReachable" | "isVisible" | "isNextTo", _, _) => Status::Fails,

@@ -202,6 +202,60 @@ fn there_is_room_to_stand_or_not() {
 }
 
 #[test]
+fn a_centimetre_decides_however_the_table_is_turned() {
+    for yaw in [0.0, 0.4, 1.1] {
+        let table = TABLE.replace("xyz = [0.75, 0, 0.375]", &format!("xyz = [5, 1, 0.375]\nyaw = {yaw}"));
+        let fits = |gap: f64, volume: &str| {
+            let side = 0.4 - gap / 2.0;
+            let (a, b) = (
+                block("A", [0.4, side, 0.1], [0.0, side / 2.0 - 0.4]),
+                block("B", [0.4, side, 0.1], [0.0, 0.4 - side / 2.0]),
+            );
+            Case::of(&[&a, &b, &table, volume]).says("virtualPlace", &["VOLUME", "TABLE"])
+        };
+        let disc = VOLUME.replace("box = [0.2, 0.2, 0.3]", "cylinder = { radius = 0.1, length = 0.3 }");
+        for volume in [VOLUME, &disc] {
+            assert_eq!(
+                fits(0.21, volume),
+                Some(true),
+                "{yaw}: a centimetre wider than {volume}"
+            );
+            assert_eq!(
+                fits(0.19, volume),
+                Some(false),
+                "{yaw}: a centimetre narrower than {volume}"
+            );
+        }
+    }
+}
+
+#[test]
+fn only_what_is_at_its_height_is_in_the_way_of_a_path() {
+    let (table, door) = (far_table(), room(1.2));
+    let path = |z: f64| {
+        let beam =
+            format!("[objects.BEAM]\ntype = \"Object\"\nmovable = false\nbox = [0.1, 1.1, 0.1]\nxyz = [1.6, 0, {z}]\n");
+        Case::of(&[ROBOT, &table, CUBE, &door, &beam]).says("pathExists", &["PR2", "CUBE"])
+    };
+    assert_eq!(path(3.0), Some(true), "above its head");
+    assert_eq!(path(0.6), Some(false), "before its chest");
+}
+
+#[test]
+fn there_is_no_place_near_what_the_agent_holds_itself() {
+    let mut case = Case::of(&[ROBOT, TABLE, CUBE]);
+    assert_eq!(case.says("enoughRoom", &["PR2", "CUBE", "TABLE"]), Some(true));
+    case.give("CUBE", "PR2", 0);
+    assert_eq!(case.says("enoughRoom", &["PR2", "CUBE", "TABLE"]), Some(false));
+    assert_eq!(
+        case.says("enoughRoom", &["PR2", "TABLE", "CUBE"]),
+        Some(true),
+        "it has that with it"
+    );
+    assert_eq!(case.says("pathExists", &["PR2", "CUBE"]), Some(true));
+}
+
+#[test]
 fn answers_do_not_depend_on_what_was_asked_before() {
     let case = Case::of(&[ROBOT, HUMAN, TABLE, CUBE, VOLUME]);
     let questions: [(&str, &[&str]); 7] = [
