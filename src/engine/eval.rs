@@ -37,13 +37,13 @@ pub(super) enum Missed {
     Request(RequestId, Vec<Value>),
 }
 
-/// Where a value is.
-enum Place<'e> {
-    Constant(&'e Value),
-    Variable(Var),
-    /// A slot whose value is known.
-    Slot(SlotId),
-    Temporary(Value),
+/// What a look at an expression tells without computing anything.
+enum Seen<'v> {
+    Here(&'v Value),
+    /// A step of its path goes through NULL.
+    Nowhere,
+    /// It has to be computed, or read from geometry.
+    NotYet,
 }
 
 /// Returns a frame with the arguments first and the other variables unset.
@@ -143,61 +143,41 @@ impl Context<'_> {
         }
     }
 
-    fn slot_of(&self, entity: EntityId, attribute: AttributeId) -> Option<SlotId> {
-        self.domain.attributes[attribute.index()].slots[entity.index()]
-    }
-
     /// Returns the value, or `None` when a step of its path goes through NULL (or a number through one), or a number would
     /// not be finite.
     pub fn value(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
-        if let Expr::Var(var) = expr {
-            return Some(frame[var.index()].clone());
-        }
-        Some(match self.locate(expr, frame)? {
-            Place::Temporary(value) => value,
-            place => self.look(&place, frame).clone(),
-        })
-    }
-
-    /// Finds where a value is, and computes it if it is nowhere.
-    fn locate<'e>(&mut self, expr: &'e Expr, frame: &mut [Value]) -> Option<Place<'e>> {
-        Some(match expr {
-            Expr::Const(value) => Place::Constant(value),
-            Expr::Var(var) => Place::Variable(*var),
-            Expr::Attribute { base, attribute } => {
-                let base = self.locate(base, frame)?;
-                let Value::Entity(entity) = *self.look(&base, frame) else {
-                    return None;
-                };
-                let slot = self.slot_of(entity, *attribute)?;
-                self.reads.push(slot);
-                if self.state.get(slot).is_some() {
-                    Place::Slot(slot)
-                } else {
-                    Place::Temporary(self.slot(slot))
-                }
+        let n_reads = self.reads.len();
+        match see(self.domain, self.state, &mut self.reads, expr, frame) {
+            Seen::Here(value) => Some(value.clone()),
+            Seen::Nowhere => None,
+            Seen::NotYet => {
+                self.reads.truncate(n_reads);
+                self.computed(expr, frame)
             }
-            _ => Place::Temporary(self.computed(expr, frame)?),
-        })
-    }
-
-    #[inline]
-    fn look<'v>(&'v self, place: &'v Place<'_>, frame: &'v [Value]) -> &'v Value {
-        match place {
-            Place::Constant(value) => value,
-            Place::Variable(var) => &frame[var.index()],
-            Place::Slot(slot) => self.state.get(*slot).unwrap_or(&Value::Null),
-            Place::Temporary(value) => value,
         }
     }
 
     /// Returns the value of an expression that has to be computed.
     fn computed(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<Value> {
         Some(match expr {
-            Expr::Const(_) | Expr::Var(_) | Expr::Attribute { .. } => return self.value(expr, frame),
+            Expr::Const(value) => value.clone(),
+            Expr::Var(var) => frame[var.index()].clone(),
+            Expr::Attribute { base, attribute } => {
+                let slot = self.target(base, *attribute, frame)?;
+                self.reads.push(slot);
+                self.slot(slot)
+            }
             Expr::Size(set) => {
-                let set = self.locate(set, frame)?;
-                Value::Number(sets::len(self.look(&set, frame))? as f64)
+                let n_reads = self.reads.len();
+                let len = match see(self.domain, self.state, &mut self.reads, set, frame) {
+                    Seen::Here(set) => sets::len(set),
+                    Seen::Nowhere => None,
+                    Seen::NotYet => {
+                        self.reads.truncate(n_reads);
+                        sets::len(&self.computed(set, frame)?)
+                    }
+                };
+                Value::Number(len? as f64)
             }
             Expr::List(elements) => {
                 let mut set = Value::Set(Arc::new(EntitySet::default()));
@@ -248,11 +228,16 @@ impl Context<'_> {
 
     /// Returns the number, or `None` where there is none.
     pub fn number(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<f64> {
-        let place = self.locate(expr, frame)?;
-        match *self.look(&place, frame) {
-            Value::Number(x) => Some(x),
-            Value::Null | Value::Bool(_) | Value::Set(_) | Value::String(_) | Value::Entity(_) | Value::Scalars(_) => {
-                None
+        let n_reads = self.reads.len();
+        match see(self.domain, self.state, &mut self.reads, expr, frame) {
+            Seen::Here(Value::Number(x)) => Some(*x),
+            Seen::Here(_) | Seen::Nowhere => None,
+            Seen::NotYet => {
+                self.reads.truncate(n_reads);
+                match self.computed(expr, frame)? {
+                    Value::Number(x) => Some(x),
+                    _ => None,
+                }
             }
         }
     }
@@ -264,18 +249,13 @@ impl Context<'_> {
             Test::Or(parts) => parts.iter().any(|t| self.holds(t, frame)),
             Test::Not(inner) => !self.holds(inner, frame),
             Test::Compare { op, left, right } => {
-                let (left, right) = (self.locate(left, frame), self.locate(right, frame));
-                match (left, right) {
-                    (Some(l), Some(r)) => compare(*op, self.look(&l, frame), self.look(&r, frame)),
-                    (None, _) | (_, None) => *op == CompareOp::NotEqual,
-                }
+                let holds = |l: &Value, r: &Value| compare(*op, l, r);
+                self.of_both(left, right, frame, holds)
+                    .unwrap_or(*op == CompareOp::NotEqual)
             }
             Test::Member { element, set } => {
-                let (element, set) = (self.locate(element, frame), self.locate(set, frame));
-                match (element, set) {
-                    (Some(e), Some(s)) => sets::contains(self.look(&s, frame), self.look(&e, frame)),
-                    (None, _) | (_, None) => false,
-                }
+                let holds = |e: &Value, s: &Value| sets::contains(s, e);
+                self.of_both(element, set, frame, holds).unwrap_or(false)
             }
             Test::Forall { var, ty, guard, body } => {
                 !self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && !c.holds(body, f))
@@ -283,9 +263,29 @@ impl Context<'_> {
             Test::Exist { var, ty, guard, body } => {
                 self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && c.holds(body, f))
             }
-            Test::Holds(expr) => self
-                .locate(expr, frame)
-                .is_some_and(|place| *self.look(&place, frame) == Value::Bool(true)),
+            Test::Holds(expr) => self.value(expr, frame) == Some(Value::Bool(true)),
+        }
+    }
+
+    /// Returns what `of` says of two values; `None` where one of them is missing. Nothing is copied where both are known.
+    fn of_both(
+        &mut self,
+        left: &Expr,
+        right: &Expr,
+        frame: &mut [Value],
+        of: impl Fn(&Value, &Value) -> bool,
+    ) -> Option<bool> {
+        let n_reads = self.reads.len();
+        let l = see(self.domain, self.state, &mut self.reads, left, frame);
+        let r = see(self.domain, self.state, &mut self.reads, right, frame);
+        match (l, r) {
+            (Seen::Here(l), Seen::Here(r)) => Some(of(l, r)),
+            (Seen::NotYet, _) | (_, Seen::NotYet) => {
+                self.reads.truncate(n_reads);
+                let (l, r) = (self.value(left, frame), self.value(right, frame));
+                Some(of(&l?, &r?))
+            }
+            (Seen::Nowhere, _) | (_, Seen::Nowhere) => None,
         }
     }
 
@@ -364,13 +364,56 @@ impl Context<'_> {
         }
     }
 
-    /// Returns the slot to write; `None` when the path goes through NULL: the effect then changes nothing.
+    /// Returns the slot of an attribute of what a path leads to; `None` when the path goes through NULL: an effect then
+    /// changes nothing.
     fn target(&mut self, entity: &Expr, attribute: AttributeId, frame: &mut [Value]) -> Option<SlotId> {
-        match self.value(entity, frame)? {
-            Value::Entity(e) => self.slot_of(e, attribute),
-            _ => None,
-        }
+        let n_reads = self.reads.len();
+        let entity = match see(self.domain, self.state, &mut self.reads, entity, frame) {
+            Seen::Here(Value::Entity(e)) => *e,
+            Seen::Here(_) | Seen::Nowhere => return None,
+            Seen::NotYet => {
+                self.reads.truncate(n_reads);
+                match self.computed(entity, frame)? {
+                    Value::Entity(e) => e,
+                    _ => return None,
+                }
+            }
+        };
+        self.domain.attributes[attribute.index()].slots[entity.index()]
     }
+}
+
+/// Looks at a constant, a variable, or a path all slots of which are known; notes the slots.
+#[inline]
+fn see<'v>(domain: &Domain, state: &'v State, reads: &mut Vec<SlotId>, expr: &'v Expr, frame: &'v [Value]) -> Seen<'v> {
+    match expr {
+        Expr::Const(value) => Seen::Here(value),
+        Expr::Var(var) => Seen::Here(&frame[var.index()]),
+        Expr::Attribute { base, attribute } => see_path(domain, state, reads, base, *attribute, frame),
+        _ => Seen::NotYet,
+    }
+}
+
+fn see_path<'v>(
+    domain: &Domain,
+    state: &'v State,
+    reads: &mut Vec<SlotId>,
+    base: &'v Expr,
+    attribute: AttributeId,
+    frame: &'v [Value],
+) -> Seen<'v> {
+    let base = match see(domain, state, reads, base, frame) {
+        Seen::Here(base) => base,
+        other => return other,
+    };
+    let Value::Entity(entity) = base else {
+        return Seen::Nowhere;
+    };
+    let Some(slot) = domain.attributes[attribute.index()].slots[entity.index()] else {
+        return Seen::Nowhere;
+    };
+    reads.push(slot);
+    state.get(slot).map_or(Seen::NotYet, Seen::Here)
 }
 
 /// Returns the fact of that name that the domain defines.

@@ -1,6 +1,8 @@
 //! What is worked out once before a search: which subtask comes when, which variables matter, where a SELECT need not look.
 
-use crate::ir::{AttributeId, Binder, CompareOp, Decomposition, Domain, Expr, MethodId, Test, Var};
+use crate::ir::{
+    AttributeId, Base, Binder, CompareOp, Decomposition, Domain, Expr, MethodId, Test, TypeId, Value, Var,
+};
 
 /// What is known of every decomposition of a domain.
 #[derive(Debug)]
@@ -26,14 +28,26 @@ pub(super) struct Order {
     pub joins: Box<[Join]>,
 }
 
-/// What a filter says of a SELECT's variable that needs no look at every entity.
+/// What a filter says of a SELECT's variable that needs no look at every entity. `rest` is what is left of the filter.
 #[derive(Debug)]
 pub(super) enum Join {
     None,
     /// It is this.
-    Is(Expr),
+    Is {
+        value: Expr,
+        rest: Test,
+    },
+    /// A static attribute of it is this: the positions of those that have an entity there, by that entity.
+    Has {
+        value: Expr,
+        rest: Test,
+        places: Vec<Vec<u32>>,
+    },
     /// It is a member of this.
-    Member(Expr),
+    Member {
+        set: Expr,
+        rest: Test,
+    },
 }
 
 impl Prepared {
@@ -45,7 +59,9 @@ impl Prepared {
         };
         for method in &domain.methods {
             prepared.first.push(prepared.orders.len() as u32);
-            prepared.orders.extend(method.decompositions.iter().map(order));
+            prepared
+                .orders
+                .extend(method.decompositions.iter().map(|d| order(domain, d)));
         }
         prepared
     }
@@ -60,7 +76,7 @@ impl Prepared {
     }
 }
 
-fn order(decomposition: &Decomposition) -> Order {
+fn order(domain: &Domain, decomposition: &Decomposition) -> Order {
     let subtasks = &decomposition.subtasks;
     let mut live: Vec<Var> = Vec::new();
     for arg in subtasks.iter().flat_map(|s| &s.args) {
@@ -73,7 +89,7 @@ fn order(decomposition: &Decomposition) -> Order {
         chain: chain(decomposition),
         after: subtasks.iter().map(|s| s.after.clone()).collect(),
         live: live.into(),
-        joins: decomposition.binders.iter().map(join).collect(),
+        joins: decomposition.binders.iter().map(|b| join(domain, b)).collect(),
     }
 }
 
@@ -102,8 +118,8 @@ fn chain(decomposition: &Decomposition) -> Option<Box<[u32]>> {
     Some(chain.into())
 }
 
-fn join(binder: &Binder) -> Join {
-    let Binder::Select { var, filter, .. } = binder else {
+fn join(domain: &Domain, binder: &Binder) -> Join {
+    let Binder::Select { var, ty, filter, .. } = binder else {
         return Join::None;
     };
     let parts = match filter {
@@ -116,8 +132,9 @@ fn join(binder: &Binder) -> Join {
         mentioned(e, &mut |v| free &= v != *var);
         free
     };
-    let mut best = Join::None;
-    for part in parts {
+    let without = |i: usize| Test::And([&parts[..i], &parts[i + 1..]].concat());
+    let (mut has, mut member) = (Join::None, Join::None);
+    for (i, part) in parts.iter().enumerate() {
         match part {
             Test::Compare {
                 op: CompareOp::Equal,
@@ -125,20 +142,58 @@ fn join(binder: &Binder) -> Join {
                 right,
             } => {
                 for (one, other) in [(left, right), (right, left)] {
-                    if is_var(one) && is_free(other) {
-                        return Join::Is(other.clone());
+                    if !is_free(other) {
+                        continue;
+                    }
+                    if is_var(one) {
+                        return Join::Is {
+                            value: other.clone(),
+                            rest: without(i),
+                        };
+                    }
+                    if let (Expr::Attribute { base, attribute }, Join::None) = (one, &has)
+                        && is_var(base)
+                        && is_cheap(other)
+                        && let Some(places) = places(domain, *ty, *attribute)
+                    {
+                        has = Join::Has {
+                            value: other.clone(),
+                            rest: without(i),
+                            places,
+                        };
                     }
                 }
             }
             Test::Member { element, set } if is_var(element) && is_free(set) && is_cheap(set) => {
-                if matches!(best, Join::None) {
-                    best = Join::Member(set.clone());
+                if matches!(member, Join::None) {
+                    member = Join::Member {
+                        set: set.clone(),
+                        rest: without(i),
+                    };
                 }
             }
             _ => {}
         }
     }
-    best
+    if matches!(has, Join::None) { member } else { has }
+}
+
+/// Returns, for each entity, the positions of those of a type that have it as the value of an attribute; `None` where that
+/// may change, or where values are no single entities.
+fn places(domain: &Domain, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec<u32>>> {
+    let of = &domain.attributes[attribute.index()];
+    if !is_static(domain, attribute) || of.is_set || !matches!(of.base, Base::Entity(_)) {
+        return None;
+    }
+    let mut places = vec![Vec::new(); domain.entities.len()];
+    for (at, entity) in domain.types[ty.index()].entities.iter().enumerate() {
+        if let Some(slot) = of.slots[entity.index()]
+            && let Value::Entity(value) = domain.initial[slot.index()]
+        {
+            places[value.index()].push(at as u32);
+        }
+    }
+    Some(places)
 }
 
 /// Says whether a set is there to be looked at, so that looking once more costs nothing.

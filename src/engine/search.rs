@@ -115,7 +115,6 @@ pub fn solve(
         truncated: Truncated::default(),
         reasons: Reasons::default(),
         budget_spent: false,
-        scratch: Vec::new(),
         written: Vec::new(),
     };
     let ending = search.run(goal, stop, on_plan);
@@ -163,8 +162,7 @@ pub(super) struct Search<'a> {
     pub reasons: Reasons,
     /// Whether a task could not be taken up for want of budget.
     pub budget_spent: bool,
-    /// Room for arguments and for written slots.
-    pub scratch: Vec<Value>,
+    /// Room for written slots.
     pub written: Vec<SlotId>,
 }
 
@@ -235,6 +233,10 @@ impl Search<'_> {
 
     /// Takes up the next task of the agenda.
     fn advance(&mut self) -> Flow {
+        if self.choices.is_empty() {
+            // INVARIANT: only choices keep marks over a task's end, so nobody can come back.
+            self.context.state.keep();
+        }
         let ready = |cell, subtask| self.agenda.ready(self.prepared, cell, subtask);
         // INVARIANT: the order has no cycle (checked), so a cell has a subtask that is ready.
         let Some((cell, subtask)) = ready(self.agenda.head, 0) else {

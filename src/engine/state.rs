@@ -89,6 +89,11 @@ impl State {
         TrailMark(self.trail.len())
     }
 
+    /// Forgets how to go back. All marks end.
+    pub fn keep(&mut self) {
+        self.trail.clear();
+    }
+
     /// Undoes everything since the mark, latest first.
     pub fn restore(&mut self, mark: TrailMark) {
         while self.trail.len() > mark.0 {

@@ -5,7 +5,7 @@ use super::outcome::{NONE, Node};
 use super::prepare::Join;
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
-use crate::ir::{Binder, Domain, MethodId, SelectOrder, TaskId, Value};
+use crate::ir::{Binder, Domain, MethodId, SelectOrder, TaskId, Test, Value};
 use crate::plan::Refusal;
 
 impl<'a> Search<'a> {
@@ -25,11 +25,11 @@ impl<'a> Search<'a> {
             return Flow::Back;
         };
         let todo = &decomposition.subtasks[subtask as usize];
+        let start = self.tree.values.len();
         for (position, arg) in todo.args.iter().enumerate() {
             match self.context.value(arg, &mut self.tree.values[frame as usize..]) {
-                Some(value) if value != Value::Null => self.scratch.push(value),
-                _ => {
-                    self.scratch.clear();
+                Some(Value::Null) | None => {
+                    self.tree.values.truncate(start);
                     let task = domain.task_name(todo.task);
                     let print = [u64::from(cell_kind(todo.task)), position as u64];
                     return self.refuse(Kind::NullArgument, NONE, &print, |_| Refusal::NullArgument {
@@ -37,14 +37,13 @@ impl<'a> Search<'a> {
                         position,
                     });
                 }
+                Some(value) => self.tree.values.push(value),
             }
         }
-        let frame = self.tree.values.len() as u32;
-        self.tree.values.append(&mut self.scratch);
         let node = self.tree.nodes.len() as u32;
         self.tree.nodes.push(Node {
             task: todo.task,
-            frame,
+            frame: start as u32,
             parent,
             subtask,
             decomposition: NONE,
@@ -219,36 +218,46 @@ impl<'a> Search<'a> {
         let (frame, var) = (frame as usize, var.index());
         let entities = &domain.types[ty.index()].entities;
         let number = self.prepared.number(method, decomposition as usize);
-        let members = match &self.prepared.order(number).joins[binder as usize] {
-            Join::None => None,
-            Join::Is(expr) => {
+        let passes = |search: &mut Self, filter: &Test, at: usize| {
+            search.tree.values[frame + var] = Value::Entity(entities[at]);
+            search.context.holds(filter, &mut search.tree.values[frame..])
+        };
+        let from = from as usize;
+        let found = match &self.prepared.order(number).joins[binder as usize] {
+            // There is one at most, and it has been seen.
+            Join::Is { .. } if from > 0 => None,
+            Join::Is { value, rest } => {
                 // Where there is no such value, no entity is it.
-                let Some(Value::Entity(e)) = self.context.value(expr, &mut self.tree.values[frame..]) else {
+                let Some(Value::Entity(e)) = self.context.value(value, &mut self.tree.values[frame..]) else {
                     return None;
                 };
-                let at = entities.binary_search(&e).ok()? as u32;
-                if at < from {
-                    return None;
+                let at = entities.binary_search(&e).ok()?;
+                passes(self, rest, at).then_some(at)
+            }
+            Join::Has { value, rest, places } => {
+                match self.context.value(value, &mut self.tree.values[frame..])? {
+                    Value::Entity(e) => {
+                        let places = &places[e.index()];
+                        let first = places.partition_point(|at| (*at as usize) < from);
+                        let mut places = places[first..].iter().map(|at| *at as usize);
+                        places.find(|at| passes(self, rest, *at))
+                    }
+                    // NULL: those without a value are not listed.
+                    _ => (from..entities.len()).find(|at| passes(self, filter, *at)),
                 }
-                self.tree.values[frame + var] = Value::Entity(e);
-                let holds = self.context.holds(filter, &mut self.tree.values[frame..]);
-                return holds.then_some(at);
             }
-            Join::Member(set) => match self.context.value(set, &mut self.tree.values[frame..]) {
-                Some(Value::Set(members)) => Some(members),
-                _ => return None,
-            },
+            Join::Member { set, rest } => {
+                let members = match self.context.value(set, &mut self.tree.values[frame..]) {
+                    Some(Value::Set(members)) => members,
+                    _ => return None,
+                };
+                let first = *entities.get(from)?;
+                let mut places = members.iter_from(first).filter_map(|e| entities.binary_search(&e).ok());
+                places.find(|at| passes(self, rest, *at))
+            }
+            Join::None => (from..entities.len()).find(|at| passes(self, filter, *at)),
         };
-        for (at, e) in entities.iter().enumerate().skip(from as usize) {
-            if members.as_ref().is_some_and(|m| !m.contains(*e)) {
-                continue;
-            }
-            self.tree.values[frame + var] = Value::Entity(*e);
-            if self.context.holds(filter, &mut self.tree.values[frame..]) {
-                return Some(at as u32);
-            }
-        }
-        None
+        found.map(|at| at as u32)
     }
 
     /// Binds a SELECT's variable to the entity at a position; leaves a choice point if another one passes.

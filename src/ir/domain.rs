@@ -83,11 +83,24 @@ impl EntitySet {
 
     /// Returns the members in declaration order.
     pub fn iter(&self) -> impl Iterator<Item = EntityId> + '_ {
-        self.0.iter().enumerate().flat_map(|(i, w)| {
-            let w = *w;
-            (0..64)
-                .filter(move |b| w >> b & 1 == 1)
-                .map(move |b| EntityId((i * 64 + b) as u32))
+        self.iter_from(EntityId(0))
+    }
+
+    /// Returns the members from `first` on, in declaration order.
+    pub fn iter_from(&self, first: EntityId) -> impl Iterator<Item = EntityId> + '_ {
+        let from = first.index() / 64;
+        let words = self.0.iter().enumerate().skip(from);
+        words.flat_map(move |(i, word)| {
+            let mut left = *word;
+            if i == from {
+                left &= u64::MAX << (first.index() % 64);
+            }
+            std::iter::from_fn(move || {
+                let bit = left.trailing_zeros() as usize;
+                // The lowest bit that is left.
+                left &= left.checked_sub(1)?;
+                Some(EntityId((i * 64 + bit) as u32))
+            })
         })
     }
 }

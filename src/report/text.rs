@@ -74,14 +74,14 @@ pub fn plan(plan: &Plan) -> String {
 
 /// Writes rows as columns; columns that are empty but for their heading are left out.
 fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
-    let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0));
     let shown: Vec<usize> = (0..N)
         .filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty()))
         .collect();
     for row in rows {
         let mut line = String::new();
         for c in &shown {
-            let (cell, pad) = (&row[*c], width(*c) - row[*c].chars().count());
+            let (cell, pad) = (&row[*c], widths[*c] - row[*c].chars().count());
             let (before, after) = if right[*c] { (pad, 0) } else { (0, pad) };
             let _ = write!(line, "  {}{cell}{}", " ".repeat(before), " ".repeat(after));
         }

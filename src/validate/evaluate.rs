@@ -7,6 +7,7 @@
 //!
 //! An answer of geometry may be unclear (`requests`). A test then holds as the plan needs it, unless a view is strict.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::requests::{Answer, Asked, ROUNDING};
@@ -14,6 +15,17 @@ use super::sets;
 use crate::ir::{
     ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntitySet, Expr, SlotId, Test, TypeId, Value, Var, show_expr,
 };
+
+/// What an evaluation has looked at, and what effects have changed.
+#[derive(Default)]
+pub(super) struct Touched {
+    pub(super) reads: Vec<SlotId>,
+    pub(super) writes: Vec<SlotId>,
+    /// Whether geometry was asked.
+    pub(super) asks: bool,
+    /// Whether geometry was changed; evaluation never does.
+    pub(super) moves: bool,
+}
 
 /// Around a state: what geometry computed for the action at hand, and what it answers.
 #[derive(Clone, Copy)]
@@ -25,6 +37,8 @@ pub(super) struct Around<'a> {
     pub(super) asked: Option<&'a Asked<'a>>,
     /// What becomes of an answer that may or may not hold: whether it is taken in favour of the test.
     pub(super) lenient: bool,
+    /// Where to note what is touched, if anybody wants to know.
+    pub(super) touched: Option<&'a RefCell<Touched>>,
 }
 
 impl<'a> Around<'a> {
@@ -35,6 +49,13 @@ impl<'a> Around<'a> {
             geometric: (0.0, 0.0),
             asked,
             lenient: true,
+            touched: None,
+        }
+    }
+
+    fn note(&self, note: impl FnOnce(&mut Touched)) {
+        if let Some(touched) = self.touched {
+            note(&mut touched.borrow_mut());
         }
     }
 }
@@ -82,9 +103,11 @@ impl<'a> View<'a> {
             Expr::Var(v) => frame.get(v.index()).cloned(),
             Expr::Attribute { base, attribute } => {
                 let slot = self.slot(&self.value(base, frame)?, *attribute)?;
+                self.around.note(|touched| touched.reads.push(slot));
                 self.values.get(slot.index()).cloned()
             }
             Expr::Request { request, args } => {
+                self.around.note(|touched| touched.asks = true);
                 let args: Option<Vec<Value>> = args.iter().map(|a| self.value(a, frame)).collect();
                 let name = &self.around.domain.requests[request.index()].name;
                 match self.around.asked?.ask(self.around.domain, name, &args?)? {
@@ -313,6 +336,7 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
             } => {
                 let slot = view.value(entity, frame).and_then(|e| view.slot(&e, *attribute));
                 if let (Some(slot), Some(value)) = (slot, view.value(value, frame)) {
+                    around.note(|touched| touched.writes.push(slot));
                     values[slot.index()] = value;
                 }
             }
@@ -364,6 +388,10 @@ fn alter(
 ) -> Option<(SlotId, Value)> {
     let slot = view.slot(&view.value(entity, frame)?, attribute)?;
     let element = view.value(element, frame)?;
+    view.around.note(|touched| {
+        touched.reads.push(slot);
+        touched.writes.push(slot);
+    });
     let set = view.values.get(slot.index())?.clone();
     Some((slot, change(set, &element)?))
 }

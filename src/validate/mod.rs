@@ -19,6 +19,7 @@ mod handling;
 mod motion;
 mod notation;
 mod places;
+mod precedence;
 mod reach;
 mod replay;
 mod requests;
