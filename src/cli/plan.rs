@@ -173,17 +173,13 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
     }
     match outcome.found {
         Some(found) => {
-            let ended = how_it_ended(outcome.ending, options, timed_out.load(Ordering::Relaxed));
+            let timed_out = timed_out.load(Ordering::Relaxed);
             if options.best {
+                let ended = how_it_ended(outcome.ending, options, timed_out);
                 let gap = gap(outcome.ending, found.cost, outcome.least_cost);
                 say(&format!("best plan{ended}{gap}\n"));
             }
-            let n = 1 + outcome.others.len();
-            if options.all.is_some_and(|wanted| n < wanted as usize) {
-                say(&format!("{n} plan{}{ended}\n", if n == 1 { "" } else { "s" }));
-            }
             if let Some(wanted) = options.all {
-                let timed_out = timed_out.load(Ordering::Relaxed);
                 let n = 1 + outcome.others.len();
                 say(&how_many(
                     n,
@@ -233,7 +229,7 @@ fn in_time(limit: Duration) -> String {
     format!("within --timeout {} s", limit.as_secs_f64())
 }
 
-/// Returns how a search for the best plan, or for several, ended: what follows "best plan" or "2 plans".
+/// Returns how a search for the best plan ended: what follows "best plan".
 fn how_it_ended(ending: Ending, options: &SearchOptions, timed_out: bool) -> String {
     match ending {
         Ending::FirstPlan => String::new(),

@@ -105,8 +105,9 @@ mod tests {
             for after in 0..12 {
                 for before in &sorted[after] {
                     closure[after][*before] = true;
-                    for i in 0..12 {
-                        closure[after][i] |= closure[*before][i];
+                    let earlier = closure[*before];
+                    for (reached, also) in closure[after].iter_mut().zip(earlier) {
+                        *reached |= also;
                     }
                 }
             }

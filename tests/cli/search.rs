@@ -141,8 +141,7 @@ fn an_interrupted_search_gives_its_best_plan() {
         .unwrap();
     assert!(kill.success());
     let last = said.map_while(Result::ok).last().unwrap();
-    let expected = "best plan before the search was interrupted; no plan costs less than 0.0000 (gap 100.0 %)";
-    assert_eq!(last, expected);
+    assert_eq!(last, "best plan before the search was interrupted");
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stdout.starts_with(b"plan of Long(ANN)\n51 actions"));

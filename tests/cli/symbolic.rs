@@ -20,7 +20,7 @@ fn fewer_plans_than_asked_for_have_their_reason() {
     lab.write("lamps.hatp", SWITCHES.replace("switchFn(A)", "2").replace(">1", ""));
     let plans = |n: &str| lab.ends(0, &["plan", "lamps.hatp", "--task", "Light(ANN)", "--all", n]);
     assert_eq!(plans("2").err, "");
-    assert_eq!(plans("3").err, "2 plans: every choice was tried\n");
+    assert_eq!(plans("3").err, "2 plans of the 3 asked for: every choice was tried\n");
 }
 
 #[test]

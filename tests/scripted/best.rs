@@ -105,8 +105,8 @@ fn a_cost_below_zero_or_without_a_value_is_refused() {
     assert_eq!(
         run.reasons(),
         [
-            "2 x Half(R): its cost is NaN, which is not a number >= 0",
-            "1 x Pay(R, -2): its cost is -2, which is not a number >= 0"
+            "2 x Half(R): its cost has no value: something in it is NULL, or not finite",
+            "1 x Pay(R, -2): its cost is -2, and must be 0 or more"
         ]
     );
 }
@@ -125,10 +125,10 @@ fn a_wrong_duration_is_refused() {
     assert_eq!(
         run.reasons(),
         [
-            "1 x Wait(R, -1, 2): its least duration is -1, which is not a number >= 0",
+            "1 x Wait(R, -1, 2): its least duration is -1, and must be 0 or more",
             "1 x Wait(R, 3, 2): its least duration 3 is above its most 2",
             "1 x Wait: argument 3 is NULL",
-            "1 x Wait(R, 0, -1): its most duration is -1, which is not a number >= 0"
+            "1 x Wait(R, 0, -1): its most duration is -1, and must be 0 or more"
         ]
     );
 }
