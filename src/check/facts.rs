@@ -15,6 +15,9 @@ use crate::syntax::ast::{self, Item};
 
 /// Facts that ask one another, each inside of the one before: asked by recursion. HEURISTIC: far above real domains.
 const MAX_FACTS_DEEP: usize = 32;
+/// Facts asked in all to answer one, those within them included. HEURISTIC: 32 facts, each asking the one before twice, would
+/// never be answered.
+const MAX_FACTS_ASKED: usize = 10_000;
 
 /// Compiles the bodies of all facts of the domain.
 pub(super) fn compile(items: &[&Item], names: &mut Names, functions: &Functions, problems: &mut Problems) {
@@ -57,13 +60,29 @@ pub(super) fn compile(items: &[&Item], names: &mut Names, functions: &Functions,
         }
     }
     // After the functions are written out, so that a circle through one is found, too.
-    let after: Vec<Vec<usize>> = names.domain.facts.iter().map(asked).collect();
+    let asked: Vec<Vec<usize>> = names.domain.facts.iter().map(asked).collect();
+    let once = |all: &Vec<usize>| all.iter().copied().collect::<IndexSet<_>>().into_iter().collect();
+    let after: Vec<Vec<usize>> = asked.iter().map(once).collect();
     let sorted = super::order::sort(&after);
     for declared in sorted.circles.iter().flatten().filter_map(|i| compiled.get(i)) {
         problems.push(problems::recursive_fact(&declared.name));
     }
     let mut depths = vec![0; after.len()];
+    let mut sizes = vec![1_usize; after.len()];
     for i in sorted.order {
+        let within = asked.get(i).into_iter().flatten().filter_map(|b| sizes.get(*b));
+        let mut size = within.fold(1, |sum: usize, s| sum.saturating_add(*s));
+        if size > MAX_FACTS_ASKED {
+            let fact = compiled.get(&i);
+            problems
+                .0
+                .extend(fact.map(|f| problems::fact_too_large(&f.name, MAX_FACTS_ASKED)));
+            // As below: the next one is reported when it is as large again.
+            size = 1;
+        }
+        if let Some(of) = sizes.get_mut(i) {
+            *of = size;
+        }
         let below = after.get(i).into_iter().flatten().filter_map(|b| depths.get(*b));
         let mut depth = below.max().map_or(1, |d| d + 1);
         if depth > MAX_FACTS_DEEP {
@@ -99,14 +118,14 @@ fn reads_state(test: &Test, domain: &ir::Domain) -> Option<String> {
     culprit
 }
 
-/// Returns the positions of the facts that its body asks.
+/// Returns the positions of the facts that its body asks, each as often as it does.
 fn asked(fact: &ir::Fact) -> Vec<usize> {
-    let mut out = IndexSet::new();
+    let mut out = Vec::new();
     fact.body.any(&mut |expr| {
         if let Expr::Fact { fact, .. } = expr {
-            out.insert(fact.index());
+            out.push(fact.index());
         }
         false
     });
-    out.into_iter().collect()
+    out
 }

@@ -242,6 +242,12 @@ pub(super) fn too_many_facts(name: &Name, limit: usize) -> Problem {
         .help("write the tests of some facts into those that ask them")
 }
 
+pub(super) fn fact_too_large(name: &Name, limit: usize) -> Problem {
+    let message = format!("to answer fact `{}`, more than {limit} facts would be asked", name.text);
+    Problem::error("hatp::too-large", message, name.span, "")
+        .help("ask each fact once, and write small ones into those that ask them")
+}
+
 pub(super) fn type_cycle(name: &Name) -> Problem {
     let message = format!("type `{}` is its own supertype", name.text);
     Problem::error("hatp::type-cycle", message, name.span, "").help("remove one `:` of the circle")
