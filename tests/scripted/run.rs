@@ -10,7 +10,7 @@ use sgap::plan::Plan;
 use sgap::source::Sources;
 use sgap::syntax;
 use sgap::validate::{self, Fault, Verdict};
-use sgap::world::{Scene, State, World};
+use sgap::world::World;
 
 use crate::reasoner::Scripted;
 
@@ -98,18 +98,13 @@ pub fn symbolic(text: &str, task: &str) -> Run {
 
 /// Asks the validator about a plan of a domain without geometry.
 pub fn second_opinion(run: &Run, plan: &Plan) -> Result<Verdict, Fault> {
-    let nothing = World {
-        scene: Scene::default(),
-        start: State {
-            agents: Vec::new(),
-            objects: Vec::new(),
-        },
-        task: None,
-        shared: Vec::new(),
-        values: Vec::new(),
-        spans: Vec::new(),
-    };
-    validate::replay(plan, &run.domain, &run.goal, &nothing, &validate::Settings::STANDARD)
+    validate::replay(
+        plan,
+        &run.domain,
+        &run.goal,
+        &World::empty(),
+        &validate::Settings::STANDARD,
+    )
 }
 
 fn actions(domain: &Domain, found: &Found) -> Vec<String> {
