@@ -22,9 +22,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+pub use crate::world::FACTS;
 pub use description::{ACTIONS, APPROACH, Description};
 pub use relations::NEXT_TO;
-pub use requests::{FACTS, Fact, REQUESTS};
+pub use requests::{Fact, REQUESTS};
 pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};

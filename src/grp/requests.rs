@@ -8,18 +8,6 @@ use super::prepared::Prepared;
 use super::{facts, free_place, relations};
 use crate::world::{EntityRef, Scene, State};
 
-/// Names of the facts, as the language's prelude declares them.
-pub const FACTS: [&str; 8] = [
-    "isOn",
-    "isIn",
-    "isNextTo",
-    "isBigger",
-    "isSmaller",
-    "hasInHand",
-    "isReachable",
-    "isVisible",
-];
-
 /// Names of the requests that are no facts.
 pub const REQUESTS: [&str; 6] = [
     "virtualPlace",
