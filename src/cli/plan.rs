@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Budget, Cuts, Ending};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Ending, Strategy};
 use sgap::grp::{self, Grp};
 use sgap::plan::Plan;
 use sgap::report::{json, text};
@@ -33,9 +33,13 @@ pub(super) struct Options {
 /// The search's settings, for every command that plans.
 #[derive(Debug, Args)]
 pub(super) struct SearchOptions {
-    /// Geometric alternatives tried per action, the first included
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
-    branching: u32,
+    /// Geometric alternatives tried per action, the first included; or `adaptive`: more for actions whose alternatives lead
+    /// further
+    #[arg(long, value_name = "N", default_value = "3", value_parser = branching)]
+    branching: Branching,
+    /// In which order choices are tried; all but `depth-first` begin again until nothing is left out
+    #[arg(long, value_enum, default_value_t = Order::DepthFirst)]
+    strategy: Order,
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
@@ -67,6 +71,35 @@ pub(super) struct SearchOptions {
     /// Print counts and times of the search to the standard error
     #[arg(long)]
     stats: bool,
+}
+
+/// In which order choices are tried.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Order {
+    /// The order of the files, to the end
+    DepthFirst,
+    /// First what takes another option than the first at few choices
+    LimitedDiscrepancy,
+    /// Again and again, in orders drawn from the seed
+    Restarts,
+}
+
+impl Order {
+    fn with(self, seed: u64) -> Strategy {
+        match self {
+            Order::DepthFirst => Strategy::DepthFirst,
+            Order::LimitedDiscrepancy => Strategy::LimitedDiscrepancy,
+            Order::Restarts => Strategy::Restarts { seed },
+        }
+    }
+}
+
+fn branching(text: &str) -> Result<Branching, String> {
+    match (text, text.parse()) {
+        ("adaptive", _) => Ok(Branching::Adaptive),
+        (_, Ok(n)) if n > 0 => Ok(Branching::Fixed(n)),
+        _ => Err("write a number from 1 on, or `adaptive`".into()),
+    }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -133,6 +166,7 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
     } = ready;
     let settings = engine::Settings {
         branching: options.branching,
+        strategy: options.strategy.with(options.seed),
         aim: match options.all {
             Some(n) => Aim::All(n),
             None if options.best => Aim::Best,
@@ -283,13 +317,18 @@ fn gap(ending: Ending, cost: f64, least: f64) -> String {
 
 fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
     let mut text = format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} plans\n",
+        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} dead ends, {} jumped, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
         engine.repeated,
+        engine.dead_ends,
+        engine.jumped,
         engine.plans,
     );
+    if engine.rounds > 1 {
+        text += &format!("rounds      {}{}\n", engine.rounds, text::fall_back(engine));
+    }
     if let Some(geometry) = geometry {
         text += &format!(
             "projection  {} actions computed, {} alternatives, {} candidates\n\

@@ -1,7 +1,7 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
-use super::outcome::{Node, Step};
+use super::outcome::{Branching, Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
@@ -45,7 +45,10 @@ impl Search<'_> {
         };
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
-                let limit = action.alternatives.unwrap_or(self.settings.branching);
+                let limit = action.alternatives.unwrap_or(match self.settings.branching {
+                    Branching::Fixed(n) => n,
+                    Branching::Adaptive => 3,
+                });
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }

@@ -12,6 +12,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rand_chacha::ChaCha8Rng;
+
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
@@ -21,6 +23,8 @@ use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
 use super::record::Recorder;
 use super::refusals::{Kind, Reasons};
+use super::rounds::{Ended, Round, Rounds};
+use super::shuffle::stream;
 use super::state::{State, TrailMark};
 use crate::ir::{Domain, Goal, SlotId, Value};
 use crate::plan::Refusal;
@@ -38,6 +42,8 @@ pub(super) struct Point {
     cost: f64,
     /// The least cost of what is still to be done.
     rest: u64,
+    /// How many choices of the branch have taken another option than their first.
+    discrepancies: u32,
 }
 
 #[derive(Debug)]
@@ -46,10 +52,14 @@ pub(super) enum Choice {
     Decomposition { node: u32, next: u32 },
     /// Values of a SELECT of a node: entities of its type from position `next` on, which is one that passes.
     Binding { node: u32, binder: u32, next: u32 },
+    /// Decompositions of a method, the last one first.
+    Decompositions { node: u32, left: Vec<u32> },
     /// Values of a SELECT in an order of its own, the last one first.
     Sorted { node: u32, binder: u32, left: Vec<Value> },
     /// Which of the ready subtasks comes next, from this one on.
     Order { cell: u32, subtask: u32 },
+    /// Which of these ready subtasks comes next, each with its cell, the last one first.
+    Orders { left: Vec<(u32, u32)> },
     /// Further geometric solutions of an action.
     Alternative {
         node: u32,
@@ -93,49 +103,97 @@ pub fn solve(
             })
         })
         .collect();
-    let mut state = State::new(domain, &shared);
+    let (prepared, bounds) = (Prepared::new(domain), Bounds::new(domain));
     let start_world = reasoner.save();
-    let mut search = Search {
-        context: Context::new(domain, &mut state, reasoner),
-        settings,
-        shared: &shared,
-        prepared: &Prepared::new(domain),
-        bounds: &Bounds::new(domain),
-        agenda: Agenda::new(settings.interleave),
-        tree: Tree::default(),
-        steps: Vec::new(),
-        slots: Vec::new(),
-        choices: Vec::new(),
-        cost: 0.0,
-        rest: 0,
-        memo: Memo::default(),
-        recorder: Recorder::default(),
-        n_derivations: 0,
-        statistics: Statistics::default(),
-        truncated: Truncated::default(),
-        reasons: Reasons::default(),
-        budget_spent: false,
-        written: Vec::new(),
-    };
-    let ending = search.run(goal, stop, on_plan);
-    let least_cost = search.least_cost(goal, ending);
-    let Search {
-        recorder,
-        statistics,
-        reasons,
-        context,
-        ..
-    } = search;
-    context.reasoner.restore(start_world);
-    let (found, others) = recorder.finish();
-    Outcome {
-        found,
-        others,
-        least_cost,
-        ending,
-        statistics,
-        why_not: reasons.finish(domain),
+    let mut rounds = Rounds::new(settings);
+    let mut kept = Kept::default();
+    // What the searches before the fall-back say is what a user can make use of.
+    let mut first_reasons = None;
+    loop {
+        let round = rounds.round;
+        kept.statistics.rounds = rounds.number();
+        kept.statistics.returns = round.returns;
+        if round.is_fall_back() {
+            first_reasons.get_or_insert_with(|| std::mem::take(&mut kept.reasons));
+            // The failures known were met with tasks not let come back.
+            kept.memo = Memo::default();
+            kept.cycles = 0;
+        }
+        let mut state = State::new(domain, &shared);
+        let mut search = Search {
+            context: Context::new(domain, &mut state, reasoner),
+            settings,
+            shared: &shared,
+            prepared: &prepared,
+            bounds: &bounds,
+            agenda: Agenda::new(settings.interleave),
+            tree: Tree::default(),
+            steps: Vec::new(),
+            slots: Vec::new(),
+            choices: Vec::new(),
+            cost: 0.0,
+            rest: 0,
+            discrepancies: 0,
+            left_out: 0,
+            round,
+            random: stream(round.shuffle),
+            memo: kept.memo,
+            recorder: kept.recorder,
+            n_derivations: kept.n_derivations,
+            begin: kept.statistics.backtracks,
+            statistics: kept.statistics,
+            truncated: Truncated {
+                cycles: kept.cycles,
+                ..Truncated::default()
+            },
+            reasons: kept.reasons,
+            budget_spent: false,
+            written: Vec::new(),
+        };
+        let ended = search.run(goal, stop, on_plan);
+        let ended = Ended {
+            ending: ended,
+            left_out: search.left_out,
+            has_plan: search.recorder.best_cost().is_some(),
+        };
+        let ending = rounds.next(ended);
+        let least_cost = ending.map(|ending| search.least_cost(goal, ending));
+        search.context.reasoner.restore(start_world);
+        search.forget_open();
+        kept = Kept {
+            memo: search.memo,
+            recorder: search.recorder,
+            n_derivations: search.n_derivations,
+            statistics: search.statistics,
+            reasons: search.reasons,
+            cycles: search.truncated.cycles,
+        };
+        if let (Some(ending), Some(least_cost)) = (ending, least_cost) {
+            let (found, others) = kept.recorder.finish();
+            let reasons = first_reasons.filter(|_| found.is_none()).unwrap_or(kept.reasons);
+            return Outcome {
+                found,
+                others,
+                least_cost,
+                ending,
+                statistics: kept.statistics,
+                why_not: reasons.finish(domain),
+            };
+        }
+        kept.reasons.shortened(0);
     }
+}
+
+/// What goes from one round to the next.
+#[derive(Debug, Default)]
+struct Kept {
+    memo: Memo,
+    recorder: Recorder,
+    n_derivations: u64,
+    statistics: Statistics,
+    reasons: Reasons,
+    /// Cuts of tasks that came back to themselves: where a failure is remembered, they are not met again.
+    cycles: u64,
 }
 
 /// A search under way.
@@ -153,10 +211,18 @@ pub(super) struct Search<'a> {
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
+    discrepancies: u32,
+    /// Choices left because a branch had taken as many other options as the round allows.
+    pub left_out: u64,
+    pub round: Round,
+    /// Where orders are drawn from, in a round that draws them.
+    pub random: Option<ChaCha8Rng>,
     pub memo: Memo,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
     pub n_derivations: u64,
+    /// The choices taken back before this round.
+    begin: u64,
     pub statistics: Statistics,
     pub truncated: Truncated,
     pub reasons: Reasons,
@@ -167,7 +233,8 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Ending {
+    /// Searches until the round ends; `None` says that its choices taken back are used up.
+    fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Option<Ending> {
         self.tree.values.extend(goal.args.iter().cloned());
         self.tree.nodes.push(Node {
             task: goal.task,
@@ -180,12 +247,17 @@ impl Search<'_> {
             head: NONE,
             streak: 0,
             anchor: NONE,
+            returns: 0,
         });
-        let mut flow = self.reach(0);
+        // An earlier round may have found a plan than which none is cheaper.
+        let mut flow = match self.too_costly() {
+            Some(flow) => flow,
+            None => self.reach(0),
+        };
         loop {
             if flow == Flow::Forward && self.agenda.head == NONE {
                 if self.record(on_plan) {
-                    return Ending::FirstPlan;
+                    return Some(Ending::FirstPlan);
                 }
                 flow = Flow::Back;
             }
@@ -194,11 +266,11 @@ impl Search<'_> {
             }
             if stop.load(Ordering::Relaxed) {
                 self.note_deepest();
-                return Ending::Interrupted;
+                return Some(Ending::Interrupted);
             }
             if self.budget_spent {
                 self.note_deepest();
-                return Ending::BudgetSpent;
+                return Some(Ending::BudgetSpent);
             }
             flow = match flow {
                 Flow::Forward => self.advance(),
@@ -207,21 +279,29 @@ impl Search<'_> {
                         self.end_watch();
                         Flow::Back
                     }
+                    Some((point, _)) if point.discrepancies >= self.round.discrepancies => {
+                        self.left_out += 1;
+                        Flow::Back
+                    }
                     Some((point, choice)) => {
+                        if self.statistics.backtracks - self.begin >= self.round.backtracks {
+                            return None;
+                        }
                         if self.statistics.backtracks >= self.settings.budget.expansions {
                             self.choices.push((point, choice));
-                            return Ending::BudgetSpent;
+                            return Some(Ending::BudgetSpent);
                         }
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
+                        self.discrepancies = point.discrepancies + 1;
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
                             Some(flow) => flow,
                             None => self.retry(point, choice),
                         }
                     }
-                    None if self.truncated == Truncated::default() => return Ending::Exhausted,
-                    None => return Ending::ExhaustedTruncated(self.truncated),
+                    None if self.truncated == Truncated::default() => return Some(Ending::Exhausted),
+                    None => return Some(Ending::ExhaustedTruncated(self.truncated)),
                 },
             };
         }
@@ -249,6 +329,10 @@ impl Search<'_> {
                 if !self.is_new(&point, None, point.nodes, 0) {
                     return Flow::Back;
                 }
+                if self.random.is_some() {
+                    let left = self.orders_drawn(cell, subtask);
+                    return self.start_next(point, left);
+                }
                 let choice = Choice::Order {
                     cell: next_cell,
                     subtask: next,
@@ -275,6 +359,7 @@ impl Search<'_> {
             slots: self.slots.len() as u32,
             cost: self.cost,
             rest: self.rest,
+            discrepancies: self.discrepancies,
         }
     }
 
@@ -297,6 +382,8 @@ impl Search<'_> {
         match choice {
             Choice::Decomposition { node, next } => self.decompose(point, node, next),
             Choice::Binding { node, binder, next } => self.bind_next(point, node, binder, next),
+            Choice::Decompositions { node, left } => self.decompose_next(point, node, left),
+            Choice::Orders { left } => self.start_next(point, left),
             Choice::Sorted { node, binder, mut left } => {
                 let Some(value) = left.pop() else { return Flow::Back };
                 if !left.is_empty() {
@@ -350,6 +437,8 @@ impl Search<'_> {
         let now = [self.cost + bound::cost(self.rest)];
         match ending {
             Ending::Exhausted => best,
+            // What was left out may cost anything above the least, too.
+            _ if self.left_out > 0 => least.min(best),
             // What was cut short may cost anything above the least.
             _ if self.truncated != Truncated::default() => least.min(best),
             Ending::ExhaustedTruncated(_) => least.min(best),
