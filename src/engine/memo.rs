@@ -134,10 +134,12 @@ impl Search<'_> {
             Some(Known::Open(above)) => {
                 self.memo.highest = self.memo.highest.min(*above);
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(cost)) if self.cost >= *cost => {
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(_)) => {}

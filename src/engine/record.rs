@@ -6,6 +6,7 @@ use rustc_hash::FxHashSet;
 
 use super::changes::changes;
 use super::hash::Print;
+use super::observe::Event;
 use super::outcome::{Aim, Found, Statistics};
 use super::search::Search;
 use crate::ir::SlotId;
@@ -45,6 +46,11 @@ impl Search<'_> {
             }
         }
         self.statistics.plans += 1;
+        self.tell(|search| Event::Found {
+            number: search.statistics.plans,
+            cost: search.cost,
+            n_actions: search.steps.len(),
+        });
         let (domain, reasoner) = (self.context.domain, &mut *self.context.reasoner);
         // What an action without geometry says of a shared attribute, the next projection overrides: that is a write too,
         // even where the value happens to stay.
