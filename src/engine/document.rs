@@ -4,7 +4,6 @@
 
 use indexmap::IndexMap;
 
-use super::explain::slot_name;
 use super::links::links;
 use super::outcome::{Found, NONE};
 use super::reasoner::GasRef;
@@ -53,7 +52,7 @@ pub fn document(
             end,
             geometry: step.gas.and_then(geometry),
             changes: changes
-                .map(|(slot, v)| (slot_name(domain, *slot), domain.show(v)))
+                .map(|(slot, v)| (domain.slot_name(*slot), domain.show(v)))
                 .collect(),
         });
     }

@@ -65,6 +65,9 @@ pub fn word(rule: Rule) -> Option<&'static str> {
             "a value"
         }
         Rule::compat_null => return None,
+        // A call of a function is not mentioned where a name may end, either.
+        Rule::attribute_params | Rule::step_args => return None,
+        Rule::attribute_param => "a type of entities",
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",
         Rule::args => "`(`",
         Rule::operator => "an operator",

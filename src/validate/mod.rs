@@ -269,9 +269,3 @@ fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[St
     }
     Ok(())
 }
-
-/// Returns `RED_CUBE.isOn`.
-fn slot_name(domain: &ir::Domain, slot: &ir::Slot) -> String {
-    let entity = &domain.entities[slot.entity.index()].name;
-    format!("{entity}.{}", domain.attributes[slot.attribute.index()].name)
-}

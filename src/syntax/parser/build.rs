@@ -186,13 +186,28 @@ impl<'p> Builder<'p> {
         let is_set = p.want().as_rule() == Rule::kw_set;
         let base = self.name(p.want());
         let name = self.name(p.want());
+        let params = p.take_if(Rule::attribute_params);
+        let params = params.map_or_else(Vec::new, |params| {
+            parts(params).map(|param| self.attribute_param(param)).collect()
+        });
         let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
         Attribute {
             is_static,
             is_set,
             base,
             name,
+            params,
             fact,
+            span,
+        }
+    }
+
+    fn attribute_param(&mut self, pair: Pair<'_, Rule>) -> AttributeParam {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        AttributeParam {
+            ty: self.name(p.want()),
+            name: p.next().map(|n| self.name(n)),
             span,
         }
     }
@@ -444,7 +459,16 @@ impl<'p> Builder<'p> {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let root = self.name(p.want());
-        let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
+        let mut steps: Vec<PathStep> = Vec::new();
+        while let Some(word) = p.next() {
+            let name = self.name(word);
+            let (mut args, mut span) = (Vec::new(), name.span);
+            if let Some(pair) = p.take_if(Rule::step_args) {
+                span = span.to(self.span(&pair));
+                args = parts(pair).map(|a| self.expr(a)).collect();
+            }
+            steps.push(PathStep { name, args, span });
+        }
         if steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
             let problem = Problem::error("hatp::too-large", message, span, "this path");
