@@ -54,6 +54,19 @@ pub fn load(
 
 /// Loads what the paths name. All problems come at once; `None` with any error.
 pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    let (input, problems) = load_to_ask(paths, sources, files);
+    let granted = input.map(|input| match paths.world {
+        Some(_) => input,
+        None => Input {
+            domain: ir::without_geometry(&input.domain),
+            ..input
+        },
+    });
+    (granted, problems)
+}
+
+/// As [`load_paths`], for a reasoner that answers without a world file: the domain keeps its geometry in any case.
+pub fn load_to_ask(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
     if let Some(problem) = confused(paths) {
         return (None, Problems(vec![problem]));
     }
@@ -96,10 +109,6 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
         return (None, problems);
     }
     let is_granted = paths.world.is_none() && ir::asks_geometry(&domain);
-    let domain = match paths.world {
-        Some(_) => domain,
-        None => ir::without_geometry(&domain),
-    };
     let input = Input {
         domain,
         world,
