@@ -56,15 +56,10 @@ pub fn document(
                 .collect(),
         });
     }
-    let task = format!(
-        "{}({})",
-        domain.task_name(goal.task),
-        show_all(domain, &goal.args).join(", ")
-    );
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
-        task,
+        task: domain.show_task(goal.task, &goal.args),
         seed,
         cost: found.cost,
         makespan: actions.iter().map(|a| a.end).fold(0.0, f64::max),

@@ -20,7 +20,7 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::lone_step => "a subtask",
         Rule::lone_test => "a test",
         Rule::lone_effect => "an effect",
-        Rule::goal_call => "a task with its arguments",
+        Rule::network | Rule::network_task => "a task with its arguments",
         Rule::pieces => return None,
         Rule::EOI => "the end of the file",
         Rule::fact_database => "`factdatabase`",

@@ -59,9 +59,10 @@ impl<'p> Builder<'p> {
         items
     }
 
-    pub(super) fn goal_call(&mut self, pairs: Pairs<'_, Rule>) -> Option<Call> {
-        let goal = pairs.into_iter().next()?;
-        parts(goal).next().map(|call| self.call(call))
+    /// Returns the tasks of a network.
+    pub(super) fn network(&mut self, pairs: Pairs<'_, Rule>) -> Vec<Subtask> {
+        let tasks = pairs.into_iter().flat_map(parts);
+        tasks.map(|task| self.subtask(task)).collect()
     }
 
     fn item(&mut self, pair: Pair<'_, Rule>, items: &mut Vec<Item>) {
@@ -281,6 +282,9 @@ impl<'p> Builder<'p> {
 
     fn step(&mut self, pair: Pair<'_, Rule>) -> Step {
         let span = self.span(&pair);
+        if pair.as_rule() == Rule::subtask {
+            return Step::Subtask(self.subtask(pair));
+        }
         let rule = pair.as_rule();
         let mut p = parts(pair);
         match rule {
@@ -319,21 +323,21 @@ impl<'p> Builder<'p> {
                     span,
                 })
             }
-            Rule::subtask => {
-                let label = p.take_if(Rule::label).map(|l| self.name(l));
-                let call = self.call(p.want());
-                let after = match p.next() {
-                    Some(order) => parts(order).map(|l| self.name(l)).collect(),
-                    None => Vec::new(),
-                };
-                Step::Subtask(Subtask {
-                    label,
-                    call,
-                    after,
-                    span,
-                })
-            }
             other => unreachable!("builder: {other:?} is no step"),
+        }
+    }
+
+    fn subtask(&mut self, pair: Pair<'_, Rule>) -> Subtask {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        Subtask {
+            label: p.take_if(Rule::label).map(|l| self.name(l)),
+            call: self.call(p.want()),
+            after: match p.next() {
+                Some(order) => parts(order).map(|l| self.name(l)).collect(),
+                None => Vec::new(),
+            },
+            span,
         }
     }
 
