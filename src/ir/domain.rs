@@ -250,6 +250,7 @@ pub struct Domain {
     /// Facts whose meaning the domain gives itself.
     pub facts: Vec<Fact>,
     pub settings: Settings,
+    pub social: Vec<super::SocialRule>,
 }
 
 /// What a domain says of how it wants to be planned; the command line wins over it.
@@ -257,6 +258,7 @@ pub struct Domain {
 pub struct Settings {
     /// Subtasks with no order between them may mix step by step instead of one block after the other.
     pub interleave: bool,
+    pub cost: super::CostFormula,
 }
 
 /// A question to geometry about the world as it is (thesis 4.4.1).
