@@ -1,6 +1,7 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
+use super::objective::Touched;
 use super::outcome::{Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
@@ -172,6 +173,14 @@ impl Search<'_> {
             duration: (least.max(geometric.1), most.max(geometric.1)),
             slots,
         });
+        if let (Some(objective), Some(step)) = (&mut self.objective, self.steps.last()) {
+            let [from, to, end] = slots.map(|at| at as usize);
+            let touched = Touched {
+                reads: &self.slots[from..to],
+                writes: &self.slots[to..end],
+            };
+            objective.push(&mut self.context, &self.tree, step, touched);
+        }
         let guard = self.guard();
         self.agenda.finish(self.prepared, node, guard);
         self.too_costly().unwrap_or(Flow::Forward)
