@@ -279,6 +279,7 @@ pub struct Domain {
     /// The method whose decomposition is the task network to plan, if the goal is one. Its name is the network's text,
     /// which no file could write as a name.
     pub network: Option<MethodId>,
+    pub social: Vec<super::SocialRule>,
 }
 
 /// What a domain says of how it wants to be planned; the command line wins over it.
@@ -286,6 +287,7 @@ pub struct Domain {
 pub struct Settings {
     /// Subtasks with no order between them may mix step by step instead of one block after the other.
     pub interleave: bool,
+    pub cost: super::CostFormula,
 }
 
 /// A question to geometry about the world as it is (thesis 4.4.1).

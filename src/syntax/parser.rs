@@ -7,6 +7,7 @@ mod build;
 mod expected;
 mod parts;
 mod recover;
+mod rules;
 
 use pest::Parser as _;
 

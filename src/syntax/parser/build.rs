@@ -36,14 +36,14 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn span(&self, pair: &Pair<'_, Rule>) -> Span {
+    pub(super) fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
         // pest counts the white space before a missing optional part as the rule's own.
         let end = span.start() + pair.as_str().trim_end().len();
         self.place.span_of(self.start + span.start(), self.start + end)
     }
 
-    fn name(&self, pair: Pair<'_, Rule>) -> Name {
+    pub(super) fn name(&self, pair: Pair<'_, Rule>) -> Name {
         Name {
             text: pair.as_str().to_owned(),
             span: self.span(&pair),
@@ -153,6 +153,10 @@ impl<'p> Builder<'p> {
                 let settings = parts(pair).map(|s| self.setting(s)).collect();
                 Item::Settings(Settings { settings, span })
             }
+            Rule::social => {
+                let rules = parts(pair).map(|r| self.rule(r)).collect();
+                Item::Social(Social { rules, span })
+            }
             Rule::time_part => Item::TimePart(span),
             Rule::import => {
                 let path = parts(pair).want();
@@ -212,7 +216,7 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
+    pub(super) fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
         let mut params = Vec::new();
         for param in parts(pair) {
             let span = self.span(&param);
@@ -341,7 +345,7 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
+    pub(super) fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
         parts(block).map(|t| self.test(parts(t).want())).collect()
     }
 
@@ -478,7 +482,7 @@ impl<'p> Builder<'p> {
         Path { root, steps, span }
     }
 
-    fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
+    pub(super) fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
         let span = self.span(&pair);
         let mut p = parts(pair);
         Call {
@@ -489,7 +493,7 @@ impl<'p> Builder<'p> {
     }
 
     /// Reads an expression; the outermost one counts the operators of all within.
-    fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
+    pub(super) fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let outer = (self.is_inside, self.n_operators);
         if !self.is_inside {
             (self.is_inside, self.n_operators) = (true, 0);
