@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::disk::Disk;
 use super::output::{Failure, check_place, deliver, say};
 use super::problems::{ProblemOptions, To};
 use sgap::load::import_pair;
+use sgap::planner::Disk;
 use sgap::source::Sources;
 use sgap::syntax;
 

@@ -4,7 +4,6 @@ use super::{Input, parse_goal};
 use crate::check::{self, Given};
 use crate::diag::{Problem, Problems};
 use crate::hddl::{self, Imported, Names};
-use crate::ir;
 use crate::source::{FileId, Files, Sources};
 use crate::syntax;
 use crate::world::World;
@@ -70,12 +69,12 @@ fn compile(
     problems.extend(found);
     let (domain, found) = check::compile(&[ast], &Given::default());
     problems.extend(found);
-    let domain = domain?;
+    let mut domain = domain?;
     let text = task.map_or_else(|| names.task(), str::to_owned);
     let file = sources.add("--task", format!("{text}\n"));
-    let goal = parse_goal(&text, file, 0, &domain, problems)?;
+    let goal = parse_goal(&text, file, 0, &mut domain, problems)?;
     Some(Input {
-        domain: ir::without_geometry(&domain),
+        domain,
         world: World::empty(),
         goal: Some(goal),
         is_granted: false,
