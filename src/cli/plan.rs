@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
+use super::problems::Form;
 use super::progress::Progress;
 use super::{Inputs, Ready, code};
 use sgap::engine::{self, Aim, Cuts, Ending};
 use sgap::grp;
+use sgap::hddl;
 use sgap::plan::Plan;
 use sgap::planner::{self, Answer, News};
 use sgap::report::{json, text};
@@ -104,7 +106,17 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
+    let as_ipc = options.inputs.problems.format == Form::Ipc;
+    if as_ipc && (options.json || ready.names.is_none()) {
+        say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
+        return Err(Failure::Code(code::WRONG_USAGE));
+    }
     let plans = search_all(&ready, &options.search)?;
+    if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
+        let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
+        let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
+        return deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"));
+    }
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
         (true, ..) => json::write_all(&plans).map_err(no_json)?,
