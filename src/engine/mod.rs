@@ -16,6 +16,8 @@ mod ground;
 mod hash;
 mod links;
 mod memo;
+mod objective;
+mod observe;
 mod order;
 mod outcome;
 mod prepare;
@@ -31,8 +33,9 @@ mod state;
 mod take_up;
 
 pub use document::document;
+pub use observe::{Event, Observer};
 pub use outcome::{
     Aim, Branching, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
 };
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
-pub use search::solve;
+pub use search::{solve, solve_observed};

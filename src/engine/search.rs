@@ -18,6 +18,8 @@ use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
 use super::memo::Memo;
+use super::objective::{Objective, Sight};
+use super::observe::{Event, Observer};
 use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
@@ -89,6 +91,19 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
+    solve_observed(domain, goal, reasoner, settings, stop, on_plan, None)
+}
+
+/// As [`solve`]; `observer` hears of all that the search does.
+pub fn solve_observed(
+    domain: &Domain,
+    goal: &Goal,
+    reasoner: &mut dyn Reasoner,
+    settings: &Settings,
+    stop: &AtomicBool,
+    on_plan: &mut dyn FnMut(&Found, &Statistics),
+    mut observer: Option<&mut dyn Observer>,
+) -> Outcome {
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -120,8 +135,16 @@ pub fn solve(
             kept.cycles = 0;
         }
         let mut state = State::new(domain, &shared);
+        let mut context = Context::new(domain, &mut state, reasoner);
+        let objective = (settings.aim == Aim::Best && domain.has_objective()).then(|| {
+            let sight = match shared.is_empty() {
+                true => Sight::Whole,
+                false => Sight::WithoutShared,
+            };
+            Box::new(Objective::new(&mut context, sight))
+        });
         let mut search = Search {
-            context: Context::new(domain, &mut state, reasoner),
+            context,
             settings,
             shared: &shared,
             prepared: &prepared,
@@ -135,6 +158,7 @@ pub fn solve(
             rest: 0,
             discrepancies: 0,
             left_out: 0,
+            objective,
             round,
             random: stream(round.shuffle),
             memo: kept.memo,
@@ -149,7 +173,16 @@ pub fn solve(
             reasons: kept.reasons,
             budget_spent: false,
             written: Vec::new(),
+            observer: observer.as_deref_mut().map(|o| o as &mut dyn Observer),
         };
+        if rounds.number() > 1 {
+            search.tell(|_| Event::WentBack {
+                node: 0,
+                choice: "round",
+                kept: 0,
+                n_actions: 0,
+            });
+        }
         let ended = search.run(goal, stop, on_plan);
         let ended = Ended {
             ending: ended,
@@ -157,6 +190,12 @@ pub fn solve(
             has_plan: search.recorder.best_cost().is_some(),
         };
         let ending = rounds.next(ended);
+        if let Some(ending) = ending {
+            search.tell(|search| Event::Ended {
+                ending,
+                statistics: &search.statistics,
+            });
+        }
         let least_cost = ending.map(|ending| search.least_cost(goal, ending));
         search.context.reasoner.restore(start_world);
         search.forget_open();
@@ -217,6 +256,8 @@ pub(super) struct Search<'a> {
     pub round: Round,
     /// Where orders are drawn from, in a round that draws them.
     pub random: Option<ChaCha8Rng>,
+    /// The plan's whole cost, where it is not the sum of its actions' costs and the best plan is wanted.
+    pub objective: Option<Box<Objective<'a>>>,
     pub memo: Memo,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
@@ -230,6 +271,7 @@ pub(super) struct Search<'a> {
     pub budget_spent: bool,
     /// Room for written slots.
     pub written: Vec<SlotId>,
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 impl Search<'_> {
@@ -294,6 +336,7 @@ impl Search<'_> {
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
                         self.discrepancies = point.discrepancies + 1;
+                        self.tell_went_back(&choice);
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
                             Some(flow) => flow,
@@ -375,6 +418,9 @@ impl Search<'_> {
         self.slots.truncate(point.slots as usize);
         self.cost = point.cost;
         self.rest = point.rest;
+        if let Some(objective) = &mut self.objective {
+            objective.restore(point.steps, point.nodes);
+        }
     }
 
     /// Takes the next option of a choice point that was gone back to; the choice stays on the stack while it has more.
@@ -413,7 +459,10 @@ impl Search<'_> {
             return None;
         }
         let bound = self.recorder.best_cost()?;
-        let (cost, rest) = (self.cost, bound::cost(self.rest));
+        let (cost, rest) = match &self.objective {
+            None => (self.cost, bound::cost(self.rest)),
+            Some(objective) => objective.bound(self.cost, bound::cost(self.rest)),
+        };
         if cost + rest < bound - COST_TOLERANCE {
             return None;
         }
@@ -428,13 +477,17 @@ impl Search<'_> {
 
     /// Returns what no plan can cost less than.
     fn least_cost(&self, goal: &Goal, ending: Ending) -> f64 {
-        let least = bound::cost(self.bounds.task(goal.task));
+        let bound_at = |steps: u32, cost: f64, rest: u64| match &self.objective {
+            None => cost + bound::cost(rest),
+            Some(objective) => objective.bound_at(steps, cost, bound::cost(rest)),
+        };
+        let least = bound_at(0, 0.0, self.bounds.task(goal.task));
         let best = self.recorder.best_cost().unwrap_or(f64::INFINITY);
         let left = self
             .choices
             .iter()
-            .map(|(point, _)| point.cost + bound::cost(point.rest));
-        let now = [self.cost + bound::cost(self.rest)];
+            .map(|(point, _)| bound_at(point.steps, point.cost, point.rest));
+        let now = [bound_at(self.steps.len() as u32, self.cost, self.rest)];
         match ending {
             Ending::Exhausted => best,
             // What was left out may cost anything above the least, too.
