@@ -149,7 +149,8 @@ impl Names {
                 Some(other @ (Base::Number | Base::Bool | Base::String)) => {
                     let found = Kind::of(other, false).words(&self.domain);
                     let problem = problems::wrong_type(param.ty.span, "a type of entities", &found);
-                    problems.push(problem.help("there is a value for each choice of entities, and they must be countable"));
+                    problems
+                        .push(problem.help("there is a value for each choice of entities, and they must be countable"));
                     return;
                 }
                 None => return,

@@ -369,13 +369,7 @@ impl Context<'_> {
 
     /// Returns the slot of an attribute of what a path leads to; `None` when the path goes through NULL: an effect then
     /// changes nothing.
-    fn target(
-        &mut self,
-        entity: &Expr,
-        attribute: AttributeId,
-        args: &[Expr],
-        frame: &mut [Value],
-    ) -> Option<SlotId> {
+    fn target(&mut self, entity: &Expr, attribute: AttributeId, args: &[Expr], frame: &mut [Value]) -> Option<SlotId> {
         let entity = self.entity(entity, frame)?;
         let attribute = &self.domain.attributes[attribute.index()];
         let mut slot = attribute.slots[entity.index()]?;

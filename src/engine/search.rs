@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
+use super::kept::Kept;
 use super::memo::Memo;
 use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
@@ -68,12 +69,25 @@ pub(super) enum Flow {
     Back,
 }
 
-/// Searches for plans of `goal`; `stop` ends the search from outside; `on_plan` hears of each (better) plan as it comes.
-///
-/// The reasoner is left in the world state of the start.
+/// Searches for plans of `goal`, whatever they begin with: see [`repair`].
 pub fn solve(
     domain: &Domain,
     goal: &Goal,
+    reasoner: &mut dyn Reasoner,
+    settings: &Settings,
+    stop: &AtomicBool,
+    on_plan: &mut dyn FnMut(&Found, &Statistics),
+) -> Outcome {
+    repair(domain, goal, &[], reasoner, settings, stop, on_plan)
+}
+
+/// Searches for plans of `goal` that begin with the `kept` actions; `stop` ends the search from outside; `on_plan` hears of each (better) plan as it comes.
+///
+/// The reasoner is left in the world state of the start.
+pub fn repair(
+    domain: &Domain,
+    goal: &Goal,
+    kept: &[Kept],
     reasoner: &mut dyn Reasoner,
     settings: &Settings,
     stop: &AtomicBool,
@@ -98,6 +112,7 @@ pub fn solve(
     let mut search = Search {
         context: Context::new(domain, &mut state, reasoner),
         settings,
+        kept,
         shared: &shared,
         prepared: &Prepared::new(domain),
         bounds: &Bounds::new(domain),
@@ -117,7 +132,11 @@ pub fn solve(
         budget_spent: false,
         written: Vec::new(),
     };
-    let ending = search.run(goal, stop, on_plan);
+    let impossible = search.first_impossible();
+    let ending = match impossible {
+        Some(_) => Ending::Exhausted,
+        None => search.run(goal, stop, on_plan),
+    };
     let least_cost = search.least_cost(goal, ending);
     let Search {
         recorder,
@@ -131,6 +150,7 @@ pub fn solve(
     Outcome {
         found,
         others,
+        impossible,
         least_cost,
         ending,
         statistics,
@@ -142,6 +162,8 @@ pub fn solve(
 pub(super) struct Search<'a> {
     pub context: Context<'a>,
     pub settings: &'a Settings,
+    /// What a plan has to begin with.
+    pub kept: &'a [Kept],
     pub shared: &'a [SlotId],
     pub prepared: &'a Prepared,
     pub bounds: &'a Bounds,
@@ -184,7 +206,7 @@ impl Search<'_> {
         let mut flow = self.reach(0);
         loop {
             if flow == Flow::Forward && self.agenda.head == NONE {
-                if self.record(on_plan) {
+                if self.refuse_short().is_none() && self.record(on_plan) {
                     return Ending::FirstPlan;
                 }
                 flow = Flow::Back;
@@ -278,7 +300,7 @@ impl Search<'_> {
         }
     }
 
-    fn go_back(&mut self, point: &Point) {
+    pub fn go_back(&mut self, point: &Point) {
         self.context.reads.clear();
         self.context.state.restore(point.trail);
         self.context.reasoner.restore(point.world);

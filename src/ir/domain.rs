@@ -348,7 +348,10 @@ impl Domain {
     /// Returns the slots of an attribute: of each entity in turn, with all arguments.
     pub fn slots_of(&self, attribute: AttributeId) -> impl Iterator<Item = SlotId> + '_ {
         let attribute = &self.attributes[attribute.index()];
-        let n_values = attribute.arguments.iter().map(|a| self.types[a.ty.index()].entities.len() as u32);
+        let n_values = attribute
+            .arguments
+            .iter()
+            .map(|a| self.types[a.ty.index()].entities.len() as u32);
         let n: u32 = n_values.product();
         let firsts = attribute.slots.iter().flatten();
         firsts.flat_map(move |first| (first.0..first.0 + n).map(SlotId))

@@ -21,7 +21,11 @@ pub fn dump(domain: &Domain) -> String {
         let change = if a.is_static { "static" } else { "dynamic" };
         let fact = a.fact.as_ref().map_or(String::new(), |f| format!(" = fact {f}"));
         let types: Vec<&str> = a.arguments.iter().map(|a| dump.ty(a.ty)).collect();
-        let arguments = if types.is_empty() { String::new() } else { format!("({})", types.join(", ")) };
+        let arguments = if types.is_empty() {
+            String::new()
+        } else {
+            format!("({})", types.join(", "))
+        };
         let text = format!(
             "{change} {}{} {}.{}{arguments}{fact}",
             set_word(a.is_set),

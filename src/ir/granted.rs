@@ -183,7 +183,9 @@ impl Granted<'_> {
     fn effects(&self, all: &mut [Effect]) {
         for effect in all {
             match effect {
-                Effect::Assign { entity, args, value, .. } => {
+                Effect::Assign {
+                    entity, args, value, ..
+                } => {
                     self.expr(entity);
                     self.exprs(args);
                     self.expr(value);

@@ -29,6 +29,8 @@ pub struct Answer {
     /// The first plan or the best one; with [`engine::Aim::All`], all in the order found. Empty if there is none.
     pub plans: Vec<Plan>,
     pub ending: Ending,
+    /// With [`Options::keep`], the first kept action that can't be done, whatever the tasks are; `why_not` has its reason.
+    pub impossible: Option<usize>,
     /// No plan costs less.
     pub least_cost: f64,
     pub statistics: Statistics,
@@ -119,9 +121,10 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
         ..options.search
     };
     let mut on_plan = options.on_plan;
-    let outcome = engine::solve(
+    let outcome = engine::repair(
         domain,
         goal,
+        options.kept,
         reasoner,
         &settings,
         &options.stop,
@@ -140,6 +143,7 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
     Ok(Answer {
         plans: outcome.found.iter().chain(&outcome.others).map(document).collect(),
         ending: outcome.ending,
+        impossible: outcome.impossible,
         least_cost: outcome.least_cost,
         statistics: outcome.statistics,
         geometry: grp.as_ref().map(Grp::counts),

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use super::requests::{Answer, Asked, ROUNDING};
 use super::sets;
 use crate::ir::{
-    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var, show_expr,
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+    show_expr,
 };
 
 /// What an evaluation has looked at, and what effects have changed.

@@ -295,7 +295,11 @@ impl Eval<'_> {
                     _ => None,
                 };
                 let args: Option<Vec<EntityId>> = args.iter().map(entity).collect();
-                let slot = self.domain.attributes.get(attribute.index())?.slot(entity(base)?, &args?)?;
+                let slot = self
+                    .domain
+                    .attributes
+                    .get(attribute.index())?
+                    .slot(entity(base)?, &args?)?;
                 let value = self.domain.initial.get(slot.index())?.clone();
                 // A domain alone leaves values to the world.
                 let is_unset = match &value {
