@@ -90,6 +90,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("load", ALL),
             ("engine", ALL),
             ("grp", ALL),
+            ("validate", ALL),
         ],
     ),
     (

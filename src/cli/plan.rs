@@ -9,8 +9,9 @@ use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
+use super::repair::RepairOptions;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending};
+use sgap::engine::{self, Aim, Cuts, Ending, Kept};
 use sgap::grp;
 use sgap::plan::Plan;
 use sgap::planner::{self, Answer, News};
@@ -23,6 +24,8 @@ pub(super) struct Options {
     pub inputs: Inputs,
     #[command(flatten)]
     pub search: SearchOptions,
+    #[command(flatten)]
+    repair: RepairOptions,
     /// Write the whole plan with its trajectories as JSON
     #[arg(long)]
     json: bool,
@@ -104,7 +107,8 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
-    let plans = search_all(&ready, &options.search)?;
+    let kept = options.repair.kept(&ready)?;
+    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)))?;
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
         (true, ..) => json::write_all(&plans).map_err(no_json)?,
@@ -119,12 +123,16 @@ fn no_json(error: impl std::fmt::Display) -> Failure {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options)?.into_iter().next();
+    let plan = search_all(ready, options, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for: one at least.
-fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept.
+fn search_all(
+    ready: &Ready,
+    options: &SearchOptions,
+    repair: Option<(&RepairOptions, &[Kept])>,
+) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -155,7 +163,8 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             ));
         }
     };
-    let settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
+    let settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
@@ -168,6 +177,9 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
         ));
     }
     let timed_out = timed_out.load(Ordering::Relaxed);
+    if let (Some(index), Some((repair, _))) = (answer.impossible, repair) {
+        return Err(repair.impossible(index, &answer.why_not));
+    }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
         return Err(Failure::Code(match answer.ending {

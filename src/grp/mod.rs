@@ -31,9 +31,7 @@ pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
-use crate::plan::{
-    ActionRefusal, AttachmentChange, Cause, CauseCount, Geometry, Motion, Placement, SubAction, Trajectory,
-};
+use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
 use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;

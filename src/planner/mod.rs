@@ -5,12 +5,14 @@
 //! sets the stop flag.
 
 mod disk;
+mod keep;
 mod options;
 
 use std::fmt;
 use std::sync::Arc;
 
 pub use disk::Disk;
+pub use keep::keep;
 pub use options::{News, Options};
 
 use crate::diag::render::render;
