@@ -99,6 +99,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("load", ALL),
             ("engine", ALL),
             ("grp", ALL),
+            ("validate", ALL),
         ],
     ),
     (

@@ -11,6 +11,7 @@ mod output;
 mod plan;
 mod problems;
 mod progress;
+mod repair;
 mod validate;
 mod view;
 
@@ -73,7 +74,9 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
   sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
-  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc")]
+  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc
+  sgap plan domains/clear_table.hatp --task 'Wipe(PR2, TABLE); ClearTable(TABLE) > 1'
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 7")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
     #[command(after_help = "Examples:
@@ -144,7 +147,8 @@ struct Inputs {
     /// Another file of the domain, such as the functions that it leaves outside; may be given several times
     #[arg(long, value_name = "FILE")]
     with: Vec<PathBuf>,
-    /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
+    /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'; or several with their order:
+    /// 'Get(A, CUP); Get(B, BOX); Sit(A) > 1, 2'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
     #[command(flatten)]

@@ -10,8 +10,9 @@ use clap::Args;
 use super::output::{Failure, check_place, deliver, say};
 use super::problems::Form;
 use super::progress::Progress;
+use super::repair::RepairOptions;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending};
+use sgap::engine::{self, Aim, Cuts, Ending, Kept};
 use sgap::grp;
 use sgap::hddl;
 use sgap::plan::Plan;
@@ -25,6 +26,8 @@ pub(super) struct Options {
     pub inputs: Inputs,
     #[command(flatten)]
     pub search: SearchOptions,
+    #[command(flatten)]
+    repair: RepairOptions,
     /// Write the whole plan with its trajectories as JSON
     #[arg(long)]
     json: bool,
@@ -111,7 +114,8 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
         return Err(Failure::Code(code::WRONG_USAGE));
     }
-    let plans = search_all(&ready, &options.search)?;
+    let kept = options.repair.kept(&ready)?;
+    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)))?;
     if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
@@ -131,12 +135,16 @@ fn no_json(error: impl std::fmt::Display) -> Failure {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options)?.into_iter().next();
+    let plan = search_all(ready, options, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for: one at least.
-fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept.
+fn search_all(
+    ready: &Ready,
+    options: &SearchOptions,
+    repair: Option<(&RepairOptions, &[Kept])>,
+) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -167,7 +175,8 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             ));
         }
     };
-    let settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
+    let settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
@@ -180,6 +189,9 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
         ));
     }
     let timed_out = timed_out.load(Ordering::Relaxed);
+    if let (Some(index), Some((repair, _))) = (answer.impossible, repair) {
+        return Err(repair.impossible(index, &answer.why_not));
+    }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
         return Err(Failure::Code(match answer.ending {

@@ -84,6 +84,7 @@ pub(super) enum Kind {
     TooCostly,
     TooDeep,
     Cycle,
+    NotKept,
 }
 
 impl Search<'_> {
