@@ -33,7 +33,7 @@ const RULES: [&str; 16] = [
     "undesirable state both(Agent A) weight 0.5 { A.holds != NULL; NOT { EXIST(Object O, {O.done == true;}); }; }",
     "undesirable sequence again(Object O) weight 1 { Act0(_, O); Act0(_, O) immediate; }",
     "undesirable sequence turns(Agent A, Agent B, Object O) weight 1.5 { Act1(A, O); Act0(B, O); }",
-    "undesirable sequence three(Object O, Agent A) weight 2 { Act0(A, O); Act2(A, _, _) immediate; Act1(A, O); }",
+    "undesirable sequence three(Object O, Agent A) weight 2 { Act0(_, O); Act1(_, O); Act1(A, _) immediate; }",
     "undesirable sequence joint(Agent A) weight 3 { Act2(_, _, A); Act0(A, BOX) immediate; }",
     "undesirable sequence once weight 0.25 { Act2(R, CUP, _); }",
     "effort balance weight 1;",
@@ -42,7 +42,7 @@ const RULES: [&str; 16] = [
     "wasted time weight 0.5;",
     "wasted time of_r among R weight 1;",
     "intricate links weight 1;",
-    "intricate links own among H weight 1;",
+    "intricate links own among H, R weight 1;",
     "wasted time never weight 0;",
 ];
 
