@@ -84,7 +84,9 @@ pub struct Hooks<'h> {
 impl std::fmt::Debug for Hooks<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let has_observer = self.observer.is_some();
-        f.debug_struct("Hooks").field("observer", &has_observer).finish_non_exhaustive()
+        f.debug_struct("Hooks")
+            .field("observer", &has_observer)
+            .finish_non_exhaustive()
     }
 }
 
