@@ -132,6 +132,7 @@ pub fn entries(file: &ast::File, text: &str) -> Vec<Entry> {
             ast::Item::Entity(_)
             | ast::Item::Initial(_)
             | ast::Item::Settings(_)
+            | ast::Item::Social(_)
             | ast::Item::TimePart(_)
             | ast::Item::Import(_) => {}
         }

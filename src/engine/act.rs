@@ -1,6 +1,7 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
+use super::objective::Touched;
 use super::observe::Event;
 use super::outcome::{Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
@@ -185,6 +186,14 @@ impl Search<'_> {
             gas: projected.map(|(_, p)| p.gas),
             n_actions: search.steps.len(),
         });
+        if let (Some(objective), Some(step)) = (&mut self.objective, self.steps.last()) {
+            let [from, to, end] = slots.map(|at| at as usize);
+            let touched = Touched {
+                reads: &self.slots[from..to],
+                writes: &self.slots[to..end],
+            };
+            objective.push(&mut self.context, &self.tree, step, touched);
+        }
         let guard = self.guard();
         self.agenda.finish(self.prepared, node, guard);
         self.too_costly().unwrap_or(Flow::Forward)

@@ -16,6 +16,7 @@ mod ground;
 mod hash;
 mod links;
 mod memo;
+mod objective;
 mod observe;
 mod order;
 mod outcome;

@@ -276,6 +276,10 @@ pub struct Domain {
     /// Facts whose meaning the domain gives itself.
     pub facts: Vec<Fact>,
     pub settings: Settings,
+    /// The method whose decomposition is the task network to plan, if the goal is one. Its name is the network's text,
+    /// which no file could write as a name.
+    pub network: Option<MethodId>,
+    pub social: Vec<super::SocialRule>,
 }
 
 /// What a domain says of how it wants to be planned; the command line wins over it.
@@ -283,6 +287,7 @@ pub struct Domain {
 pub struct Settings {
     /// Subtasks with no order between them may mix step by step instead of one block after the other.
     pub interleave: bool,
+    pub cost: super::CostFormula,
 }
 
 /// A question to geometry about the world as it is (thesis 4.4.1).
@@ -396,6 +401,16 @@ impl Domain {
                 .position(|m| m.name == name)
                 .map(|i| TaskId::Method(MethodId(i as u32)))
         })
+    }
+
+    /// Returns a task with its arguments as the language writes it: `Pick(PR2, CUP)`; of a task network its text.
+    pub fn show_task(&self, task: TaskId, args: &[Value]) -> String {
+        let name = self.task_name(task);
+        if self.network.is_some_and(|network| task == TaskId::Method(network)) {
+            return name.to_owned();
+        }
+        let args: Vec<String> = args.iter().map(|v| self.show(v)).collect();
+        format!("{name}({})", args.join(", "))
     }
 
     /// Returns the value as the language writes it: `NULL`, `3`, `"red"`, `CUP`, `[CUP, BOX]`.
@@ -661,7 +676,7 @@ pub enum Effect {
     },
 }
 
-/// The task to plan with its arguments: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`.
+/// The task to plan with its arguments: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`. Of several, [`Domain::network`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
     pub task: TaskId,

@@ -42,6 +42,11 @@ pub fn dump(domain: &Domain) -> String {
     if domain.settings.interleave {
         line(&mut out, 0, "interleave");
     }
+    if domain.settings.cost != CostFormula::default() {
+        let CostFormula { sum, makespan } = domain.settings.cost;
+        line(&mut out, 0, &format!("cost {sum} * sum + {makespan} * makespan"));
+    }
+    domain.social.iter().for_each(|rule| dump.rule(&mut out, rule));
     for fact in &domain.facts {
         let head = format!("fact {}({}) vars {}", fact.name, fact.params.join(", "), fact.n_vars);
         line(&mut out, 0, &format!("{head} if {}", dump.test(&fact.body)));
@@ -85,6 +90,36 @@ impl Dump<'_> {
     fn params(&self, params: &[Param]) -> String {
         let param = |p: &Param| format!("{}{} {}", set_word(p.is_set), self.base(p.base), p.name);
         params.iter().map(param).collect::<Vec<_>>().join(", ")
+    }
+
+    fn rule(&self, out: &mut String, rule: &SocialRule) {
+        let names = |agents: &[EntityId]| agents.iter().map(|a| self.entity(*a)).collect::<Vec<_>>().join(", ");
+        let tail = match &rule.kind {
+            RuleKind::State { params, n_vars, test } => {
+                let params: Vec<&str> = params.iter().map(|ty| self.ty(*ty)).collect();
+                format!("({}) vars {n_vars} if {}", params.join(", "), self.test(test))
+            }
+            RuleKind::Sequence { vars, .. } => format!("({})", self.params(vars)),
+            RuleKind::EffortBalance { effort, agents } => format!(" of {effort:?} among {}", names(agents)),
+            RuleKind::WastedTime { agents } | RuleKind::IntricateLinks { agents } => {
+                format!(" among {}", names(agents))
+            }
+        };
+        let head = format!("{} `{}` weight {}", rule.kind.word(), rule.name, rule.weight);
+        line(out, 0, &format!("{head}{tail}"));
+        if let RuleKind::Sequence { patterns, .. } = &rule.kind {
+            for pattern in patterns {
+                let arg = |arg: &PatternArg| match arg {
+                    PatternArg::Any => "_".to_owned(),
+                    PatternArg::Var(var) => format!("${var}"),
+                    PatternArg::Is(value) => self.domain.show(value),
+                };
+                let args: Vec<String> = pattern.args.iter().map(arg).collect();
+                let name = &self.domain.actions[pattern.action.index()].name;
+                let mark = if pattern.is_immediate { " immediate" } else { "" };
+                line(out, 1, &format!("{name}({}){mark}", args.join(", ")));
+            }
+        }
     }
 
     fn action(&self, out: &mut String, action: &Action) {

@@ -57,7 +57,8 @@ const CLAUSES: [&str; 7] = [
     "cost",
     "duration",
 ];
-const TASK_ITEMS: [&str; 5] = ["action", "method", "function", "fact", "settings"];
+const TASK_ITEMS: [&str; 6] = ["action", "method", "function", "fact", "settings", "social"];
+const RULES: [&str; 4] = ["undesirable", "effort", "wasted", "intricate"];
 
 struct Offer<'a> {
     analysis: &'a Analysis,
@@ -112,10 +113,29 @@ impl<'a> Offer<'a> {
             },
             Block::Value => self.values(context),
             Block::Settings => match before {
-                [] => self.words(&["interleave"]),
-                [_, "="] => self.words(&["true", "false"]),
+                [] => {
+                    self.words(&["interleave", "cost"]);
+                }
+                ["interleave", "="] => self.words(&["true", "false"]),
                 _ => {}
             },
+            Block::Social => match before {
+                [] => self.words(&RULES),
+                ["undesirable"] => self.words(&["state", "sequence"]),
+                ["effort"] => self.words(&["balance"]),
+                ["wasted"] => self.words(&["time"]),
+                ["intricate"] => self.words(&["links"]),
+                [.., "of"] => self.words(&["cost", "duration"]),
+                [.., "among" | ","] => {
+                    self.symbols(self.analysis.index.entities());
+                    self.types(false);
+                }
+                [.., "weight"] => {}
+                ["effort", ..] => self.words(&["of", "among", "weight"]),
+                _ => self.words(&["among", "weight"]),
+            },
+            Block::Sequence if before.is_empty() => self.symbols(self.analysis.index.tasks()),
+            Block::Sequence => self.words(&["immediate"]),
             Block::Action | Block::Method | Block::Decomposition | Block::Projects | Block::Opaque => {}
         }
     }

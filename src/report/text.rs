@@ -57,6 +57,7 @@ pub fn plan(plan: &Plan) -> String {
     // Numbers to the right, words to the left.
     const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
     table(&rows, &RIGHT, &mut out);
+    cost_parts(plan, &mut out);
     if !plan.streams.is_empty() {
         out.push_str("\nstreams\n");
         let widest = plan.streams.keys().map(|k| k.chars().count()).max().unwrap_or(0);
@@ -70,6 +71,30 @@ pub fn plan(plan: &Plan) -> String {
         }
     }
     out
+}
+
+/// Writes what the plan's cost consists of, where it is more than its actions' costs.
+fn cost_parts(plan: &Plan, out: &mut String) {
+    if plan.cost_parts.is_empty() {
+        return;
+    }
+    let mut rows = vec![["", "amount", "weight", "cost", ""].map(str::to_owned)];
+    for part in &plan.cost_parts {
+        rows.push([
+            part.name.clone(),
+            format!("{:.2}", part.amount),
+            part.weight.to_string(),
+            format!("{:.4}", part.cost),
+            // What it is, where the name does not say it.
+            if part.kind == part.name {
+                String::new()
+            } else {
+                part.kind.clone()
+            },
+        ]);
+    }
+    out.push_str("\ncost\n");
+    table(&rows, &[false, true, true, true, false], out);
 }
 
 /// Writes rows as columns; columns that are empty but for their heading are left out.

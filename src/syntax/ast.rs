@@ -62,6 +62,7 @@ pub enum Item {
     Fact(Fact),
     Request(Request),
     Settings(Settings),
+    Social(Social),
     /// `timePart { }` of old files.
     TimePart(Span),
     /// `import "file.hatp";`
@@ -89,6 +90,56 @@ pub struct Settings {
 pub struct Setting {
     pub name: Name,
     pub value: Expr,
+    pub span: Span,
+}
+
+/// `social { wasted time weight 0.5; }`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Social {
+    pub rules: Vec<Rule>,
+    pub span: Span,
+}
+
+/// A social rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rule {
+    /// `undesirable` rules have one; the others may.
+    pub name: Option<Name>,
+    pub params: Vec<Param>,
+    pub kind: RuleKind,
+    /// Agents or types of agents; empty for all.
+    pub among: Vec<Name>,
+    pub weight: Expr,
+    pub span: Span,
+}
+
+/// What a social rule counts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RuleKind {
+    /// `undesirable state N(Table T) weight 5 { size(T.carries) > 3; }`
+    State(Vec<Test>),
+    /// `undesirable sequence N(Agent A) weight 2 { Place(A, _); Pick(A, _) immediate; }`
+    Sequence(Vec<Pattern>),
+    /// `effort balance weight 1;`
+    EffortBalance(Effort),
+    /// `wasted time weight 1;`
+    WastedTime,
+    /// `intricate links weight 1;`
+    IntricateLinks,
+}
+
+/// What counts as effort.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    Cost,
+    Duration,
+}
+
+/// `Pick(B, O) immediate;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern {
+    pub call: Call,
+    pub is_immediate: bool,
     pub span: Span,
 }
 

@@ -17,6 +17,7 @@ mod facts;
 mod fault;
 mod handling;
 mod motion;
+mod network;
 mod notation;
 mod places;
 mod precedence;
@@ -168,8 +169,7 @@ fn document(plan: &Plan, domain: &ir::Domain, goal: &ir::Goal) -> Checked<Vec<ir
         }
     };
     finite("the plan's cost or makespan", &[plan.cost, plan.makespan])?;
-    let task = notation::task_text(domain, &plan.task)?;
-    if task != *goal {
+    if !network::is_goal(domain, &plan.task, goal)? {
         return Err(Kind::Task {
             expected: notation::show_task(domain, goal.task, &goal.args),
             found: plan.task.clone(),

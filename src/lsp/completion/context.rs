@@ -21,6 +21,9 @@ pub(super) enum Block {
     Effects,
     Projects,
     Settings,
+    Social,
+    /// Within `undesirable sequence NAME weight N { }`.
+    Sequence,
     /// Arguments of SELECT; of FORALL and EXIST, and whether effects stand in the second block.
     Select,
     Quantified {
@@ -302,6 +305,7 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
             ("function", _) => Block::Value,
             ("fact", _) => Block::Tests,
             ("settings", _) => Block::Settings,
+            ("social", _) => Block::Social,
             _ => Block::Opaque,
         },
         Block::Action => match first {
@@ -315,6 +319,10 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
             "goal" | "empty" => Block::Tests,
             "" => Block::Decomposition,
             _ => Block::Opaque,
+        },
+        Block::Social => match head.get(1).copied() {
+            Some("sequence") => Block::Sequence,
+            _ => Block::Tests,
         },
         Block::Decomposition => match first {
             "preconditions" => Block::Tests,
@@ -331,6 +339,7 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
         | Block::Subtasks
         | Block::Projects
         | Block::Settings
+        | Block::Sequence
         | Block::Value
         | Block::Opaque => Block::Opaque,
     }

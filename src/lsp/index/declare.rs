@@ -68,7 +68,12 @@ pub(super) fn declare(index: &mut Index, items: &[&Item]) {
             }
             Item::Fact(f) => index.declare_callable(Kind::Fact, None, &f.name, &f.params, f.span),
             Item::Geometric(g) => index.declare_callable(Kind::Geometric, None, &g.name, &g.params, g.span),
-            Item::EntityType(_) | Item::Initial(_) | Item::Settings(_) | Item::TimePart(_) | Item::Import(_) => {}
+            Item::EntityType(_)
+            | Item::Initial(_)
+            | Item::Settings(_)
+            | Item::Social(_)
+            | Item::TimePart(_)
+            | Item::Import(_) => {}
         }
     }
 }
