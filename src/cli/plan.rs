@@ -9,8 +9,9 @@ use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
 use super::progress::Progress;
+use super::trace;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending};
+use sgap::engine::{self, Aim, Cuts, Ending, Observer};
 use sgap::grp;
 use sgap::plan::Plan;
 use sgap::planner::{self, Answer, News};
@@ -29,6 +30,12 @@ pub(super) struct Options {
     /// Write to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write all that the search does to this file, as JSON lines; `sgap trace FILE` reads it
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Write times into the trace, too: then no two runs write the same bytes
+    #[arg(long, requires = "trace")]
+    trace_times: bool,
 }
 
 /// The search's settings, for every command that plans.
@@ -104,13 +111,28 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
-    let plans = search_all(&ready, &options.search)?;
+    let mut sink = match &options.trace {
+        Some(path) => {
+            let task = ready.domain.show_task(ready.goal.task, &ready.goal.args);
+            let seed = options.search.seed;
+            Some(trace::open(path, &options.inputs, task, seed, options.trace_times)?)
+        }
+        None => None,
+    };
+    let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
+    let plans = search_all(&ready, &options.search, observer);
+    let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
+    let plans = match plans {
+        Ok(plans) => plans,
+        Err(failure) => return is_traced.and(Err(failure)),
+    };
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
         (true, ..) => json::write_all(&plans).map_err(no_json)?,
         (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
     };
-    deliver(options.output.as_deref(), &text)
+    deliver(options.output.as_deref(), &text)?;
+    is_traced
 }
 
 fn no_json(error: impl std::fmt::Display) -> Failure {
@@ -119,12 +141,16 @@ fn no_json(error: impl std::fmt::Display) -> Failure {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options)?.into_iter().next();
+    let plan = search_all(ready, options, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
 /// As [`search`], with all plans that were asked for: one at least.
-fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
+fn search_all(
+    ready: &Ready,
+    options: &SearchOptions,
+    observer: Option<&mut dyn Observer>,
+) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -155,7 +181,8 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             ));
         }
     };
-    let settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    let mut settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);

@@ -116,8 +116,18 @@ pub(super) fn show_test(domain: &Domain, test: &Test, name: &dyn Fn(Var) -> Stri
         Test::Member { element, set } => {
             format!("{} >> {}", show(element), show(set))
         }
-        Test::Forall { ty, .. } => format!("FORALL over {}", domain.types[ty.index()].name),
-        Test::Exist { ty, .. } => format!("EXIST over {}", domain.types[ty.index()].name),
+        Test::Forall { var, ty, guard, body } | Test::Exist { var, ty, guard, body } => {
+            let word = if matches!(test, Test::Forall { .. }) {
+                "FORALL"
+            } else {
+                "EXIST"
+            };
+            // A quantified variable is named by its type.
+            let ty = &domain.types[ty.index()].name;
+            let inner = |v: Var| if v == *var { ty.clone() } else { name(v) };
+            let [guard, body] = [guard, body].map(|t| show_test(domain, t, &inner));
+            format!("{word}({ty}, {{{guard}}}, {{{body}}})")
+        }
         Test::Holds(expr) => show(expr),
     }
 }

@@ -119,7 +119,7 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
         ..options.search
     };
     let mut on_plan = options.on_plan;
-    let outcome = engine::solve(
+    let outcome = engine::solve_observed(
         domain,
         goal,
         reasoner,
@@ -134,6 +134,7 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
                 });
             }
         },
+        options.observer,
     );
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
     let document = |found| engine::document(found, domain, goal, options.seed, &geometry);

@@ -19,9 +19,7 @@ const MOST_AT_ENDS: usize = 8;
 pub fn summary(summary: &Summary, depth: usize) -> String {
     let mut out = head(summary);
     tree(summary, depth, &mut out);
-    if summary.groups.len() > 1 {
-        statistics(summary, &mut out);
-    }
+    statistics(summary, &mut out);
     list(summary, MOST_FAILURES, &mut out);
     deepest(summary, &mut out);
     out
@@ -91,7 +89,7 @@ fn clip(text: &str, width: usize) -> String {
 }
 
 fn numbers_head(summary: &Summary) -> String {
-    let times = if summary.has_times { "  time [s]   geom" } else { "" };
+    let times = if summary.has_times { " time [ms]    geom" } else { "" };
     format!("{:>8}{:>8}{:>8}{:>9}{times}", "tried", "failed", "back", "geometry")
 }
 
@@ -106,20 +104,24 @@ fn numbers(summary: &Summary, counts: &TaskCounts) -> String {
         dash(asked),
     );
     if summary.has_times {
-        let seconds = |us: u64| us as f64 / 1e6;
-        let _ = write!(text, "{:>10.3}{:>7.2}", seconds(counts.time), seconds(counts.geometry_time));
+        let ms = |us: u64| us as f64 / 1e3;
+        let _ = write!(text, "{:>10.1}{:>8.1}", ms(counts.time), ms(counts.geometry_time));
     }
     text
 }
 
 /// Columns of a task beside its numbers.
 fn task_width(summary: &Summary) -> usize {
-    if summary.has_times { TASK - 5 } else { TASK }
+    if summary.has_times { TASK - 6 } else { TASK }
 }
 
 fn shown(group: &Group) -> String {
     let args: Vec<&str> = group.arguments.iter().map(|a| a.as_deref().unwrap_or("*")).collect();
-    let again = if group.is_recursive { " (again below itself)" } else { "" };
+    let again = if group.is_recursive {
+        " (again below itself)"
+    } else {
+        ""
+    };
     format!("{}({}){again}", group.task, args.join(", "))
 }
 
@@ -137,7 +139,12 @@ fn tree(summary: &Summary, depth: usize, out: &mut String) {
         }
     }
     let width = task_width(summary);
-    let _ = writeln!(out, "\n{:width$}{}", "tasks (* stands for several)", numbers_head(summary));
+    let _ = writeln!(
+        out,
+        "\n{:width$}{}",
+        "tasks (* stands for several)",
+        numbers_head(summary)
+    );
     let mut n_hidden = 0;
     while let Some(i) = left.pop() {
         let group = &groups[i];
@@ -163,7 +170,11 @@ fn tree(summary: &Summary, depth: usize, out: &mut String) {
         }
     }
     if n_hidden > 0 {
-        let _ = writeln!(out, "{} below (a larger --depth shows them)", count(n_hidden, "group of tasks is", "groups of tasks are"));
+        let _ = writeln!(
+            out,
+            "{} below (a larger --depth shows them)",
+            count(n_hidden, "group of tasks is", "groups of tasks are")
+        );
     }
 }
 
@@ -174,10 +185,14 @@ fn without_task<'a>(text: &'a str, task: &str) -> &'a str {
 }
 
 fn statistics(summary: &Summary, out: &mut String) {
-    let width = task_width(summary);
-    let _ = writeln!(out, "\n{:width$}{}", "each task, wherever it stands", numbers_head(summary));
-    for (task, counts) in summary.tasks() {
-        let _ = writeln!(out, "{:width$}{}", clip(task, width - 1), numbers(summary, &counts));
+    let (width, tasks) = (task_width(summary), summary.tasks());
+    // Where every task has one place only, the tree has said it.
+    if tasks.len() < summary.groups.len() {
+        let title = "each task, wherever it stands";
+        let _ = writeln!(out, "\n{title:width$}{}", numbers_head(summary));
+        for (task, counts) in tasks {
+            let _ = writeln!(out, "{:width$}{}", clip(task, width - 1), numbers(summary, &counts));
+        }
     }
     let all = summary.groups.iter().fold([0; 3], |[p, a, g], group| {
         let c = &group.counts;
@@ -191,7 +206,15 @@ fn statistics(summary: &Summary, out: &mut String) {
         );
     }
     if goals > 0 {
-        let _ = writeln!(out, "{}", count(goals, "time nothing was to be done: the goal held", "times nothing was to be done: the goal held"));
+        let _ = writeln!(
+            out,
+            "{}",
+            count(
+                goals,
+                "time nothing was to be done: the goal held",
+                "times nothing was to be done: the goal held"
+            )
+        );
     }
 }
 
