@@ -12,6 +12,7 @@ mod plan;
 mod problems;
 mod progress;
 mod repair;
+mod trace;
 mod validate;
 mod view;
 
@@ -83,6 +84,12 @@ enum Command {
   sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json
   sgap validate domains/clear_table.hatp plan.json --task 'ClearTable(TABLE)'")]
     Validate(validate::Options),
+    /// Say what a search did: a tree of its tasks with counts, and what ended its branches
+    #[command(after_help = "Examples:
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --trace search.jsonl
+  sgap trace search.jsonl
+  sgap trace search.jsonl --task 'ClearTable' --failures")]
+    Trace(trace::Options),
     /// Look for mistakes in a domain, alone or together with a world
     #[command(after_help = "Examples:
   sgap check domains/three_objects.hatp
@@ -288,6 +295,7 @@ pub(crate) fn run() -> ExitCode {
     let result = match &cli.command {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
+        Command::Trace(options) => trace::run(options),
         Command::Check(options) => check::run(options),
         Command::Explain(options) => explain::run(options),
         Command::Doc(options) => doc::run(options),

@@ -144,6 +144,7 @@ pages! {
     "hatp-wrong-type"
     "output-unwritable"
     "plan-unreadable"
+    "trace-unreadable"
     "urdf-bad-axis"
     "urdf-bad-limit"
     "urdf-bad-number"

@@ -17,7 +17,7 @@ pub use options::{News, Options};
 
 use crate::diag::render::render;
 use crate::diag::{Problem, Problems};
-use crate::engine::{self, Ending, Granted, Hooks, Reasoner, Statistics};
+use crate::engine::{self, Ending, Granted, Hooks, Observer, Reasoner, Statistics};
 use crate::grp::{self, Grp};
 use crate::ir::{Domain, Goal};
 use crate::load::{self, Input, Paths};
@@ -134,7 +134,7 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
                 });
             }
         },
-        observer: None,
+        observer: options.observer.map(|o| o as &mut dyn Observer),
     };
     let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
