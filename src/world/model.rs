@@ -87,15 +87,16 @@ enum InParts<'a> {
     Of(Vec<Name<'a>>),
 }
 
-fn meshes<'a>(root: &Table<'a>, path: &str, problems: &mut Problems) -> MeshesWanted<'a> {
+/// Returns the folders of `packages`, each relative to that of the file.
+pub fn packages(root: &Table<'_>, path: &str, problems: &mut Problems) -> Vec<String> {
     let folders = root.array("packages", problems).unwrap_or_default();
-    let packages = folders
-        .iter()
-        .filter_map(|v| v.text("an entry of `packages`", problems))
-        .map(|name| beside(path, name.text))
-        .collect();
+    let names = folders.iter().filter_map(|v| v.text("an entry of `packages`", problems));
+    names.map(|name| beside(path, name.text)).collect()
+}
+
+fn meshes<'a>(root: &Table<'a>, path: &str, problems: &mut Problems) -> MeshesWanted<'a> {
     let mut wanted = MeshesWanted {
-        packages,
+        packages: packages(root, path, problems),
         in_parts: InParts::None,
         is_cached: true,
     };

@@ -7,7 +7,7 @@ use urdf_rs::{Geometry, JointType, Link};
 
 use super::{Robot, Solids};
 use super::look::{self, JointPlace, Places};
-use crate::diag::{Problem, Problems, Severity};
+use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::{Dof, Drive, Joint, JointKind, Tree};
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3, pose_xyz_rpy};
@@ -163,12 +163,13 @@ fn mesh(
         Ok(shapes) => return shapes,
         Err(no_mesh) => no_mesh,
     };
-    let mut problem = problems::no_mesh(&wanted, &no_mesh, span);
-    if link.collision.is_empty() {
-        problem.severity = Severity::Warning;
-        problem.message = format!("{}; link `{}` has no shape", problem.message, link.name);
-    }
-    problems.push(problem);
+    let problem = problems::no_mesh(&wanted, &no_mesh, span);
+    problems.push(if link.collision.is_empty() {
+        let message = format!("link `{}` has no shape: {}", link.name, problem.message);
+        Problem::warning("urdf::no-shape", message, span, "").maybe_help(problem.help)
+    } else {
+        problem
+    });
     Vec::new()
 }
 
@@ -306,7 +307,11 @@ fn drives(
             name: raw.joint.name.clone(),
             lower,
             upper,
-            max_velocity: raw.joint.limit.velocity,
+            max_velocity: if raw.joint.limit.velocity > 0.0 {
+                raw.joint.limit.velocity
+            } else {
+                look::SLOW
+            },
             max_acceleration: f64::INFINITY,
         });
         drives.insert(

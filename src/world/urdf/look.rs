@@ -13,6 +13,9 @@ use crate::world::problems;
 /// Elements nest this deep at most: readers of XML recurse. URDF itself needs six levels.
 const DEEPEST: usize = 64;
 
+/// The velocity limit of a joint without one [rad/s] or [m/s]. HEURISTIC: slow enough for whatever moves.
+pub const SLOW: f64 = 0.2;
+
 /// Elements whose values are attributes alone. INVARIANT: urdf-rs would take them from elements within, too, which are not judged.
 const LEAVES: [&str; 12] = [
     "origin", "axis", "limit", "mimic", "parent", "child", "color", "box", "cylinder", "sphere", "capsule", "mesh",
@@ -510,8 +513,12 @@ impl Look {
     /// Judges the limits of a joint that moves.
     fn limits(&mut self, node: Node<'_, '_>, joint: &str, continuous: bool) {
         let Some(limit) = element(node, "limit") else {
-            let message = format!("joint `{joint}` moves, but has no `<limit>`");
             let span = head(node, self.file);
+            if continuous {
+                // URDF asks for limits of joints that have an end alone.
+                return self.slow(joint, span);
+            }
+            let message = format!("joint `{joint}` moves, but has no `<limit>`");
             let help = "add `<limit lower=\"..\" upper=\"..\" effort=\"..\" velocity=\"..\"/>`";
             self.error("urdf::missing-limit", message, span, help);
             return;
@@ -523,9 +530,7 @@ impl Look {
             Some(0.0)
         };
         if velocity.is_some_and(|v| v <= 0.0) {
-            let message = format!("joint `{joint}` has no velocity limit above zero");
-            let help = "add `velocity=\"..\"` in rad/s or m/s: without it no motion has a duration";
-            self.error("urdf::no-velocity", message, span, help);
+            self.slow(joint, span);
         }
         if continuous {
             return;
@@ -537,6 +542,14 @@ impl Look {
         {
             self.problems.push(upside_down(joint, lower, upper, span));
         }
+    }
+
+    /// Warns of a joint whose velocity limit is ours.
+    fn slow(&mut self, joint: &str, span: Span) {
+        let message = format!("joint `{joint}` has no velocity limit above zero: taken for {SLOW} rad/s or m/s");
+        let help = "add `velocity=\"..\"` in rad/s or m/s to its `<limit>`: without one no motion has a duration";
+        self.problems
+            .push(Problem::warning("urdf::no-velocity", message, span, "").help(help));
     }
 
     /// Returns the place of the leader's name.
