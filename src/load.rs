@@ -8,7 +8,7 @@ use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
-use crate::syntax::ast::Unread;
+use crate::syntax::{ast::Unread, parse_network};
 use crate::world::{self, Literal, World};
 
 /// Which files and which task, as the user names them.
@@ -54,6 +54,19 @@ pub fn load(
 
 /// Loads what the paths name. All problems come at once; `None` with any error.
 pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    let (input, problems) = load_to_ask(paths, sources, files);
+    let granted = input.map(|input| match paths.world {
+        Some(_) => input,
+        None => Input {
+            domain: ir::without_geometry(&input.domain),
+            ..input
+        },
+    });
+    (granted, problems)
+}
+
+/// As [`load_paths`], for a reasoner that answers without a world file: the domain keeps its geometry in any case.
+pub fn load_to_ask(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
     if let Some(problem) = confused(paths) {
         return (None, Problems(vec![problem]));
     }
@@ -80,24 +93,22 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
         check_problems.0.retain(|p| p.code != "hatp::overruled");
     }
     problems.extend(check_problems);
-    let Some(domain) = domain else { return (None, problems) };
+    let Some(mut domain) = domain else {
+        return (None, problems);
+    };
     let goal = match (paths.task, &world.task) {
         (Some(text), _) => {
             // Like a line of a file: a mark at its end is drawn below it.
             let file = sources.add("--task", format!("{text}\n"));
-            parse_goal(text, file, 0, &domain, &mut problems)
+            parse_goal(text, file, 0, &mut domain, &mut problems)
         }
-        (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &domain, &mut problems),
+        (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &mut domain, &mut problems),
         (None, None) => None,
     };
     if problems.has_errors() {
         return (None, problems);
     }
     let is_granted = paths.world.is_none() && ir::asks_geometry(&domain);
-    let domain = match paths.world {
-        Some(_) => domain,
-        None => ir::without_geometry(&domain),
-    };
     let input = Input {
         domain,
         world,
@@ -164,7 +175,7 @@ fn may_declare(unread: &Unread, code: &str) -> bool {
     }
 }
 
-/// Returns what the world declares, in the checker's terms; `task` is the text of the task to plan.
+/// Returns what the world declares, in the checker's terms; `task` is the text of the task or task network to plan.
 fn given(world: &World, task: Option<&str>) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
@@ -196,15 +207,18 @@ fn given(world: &World, task: Option<&str>) -> Given {
             span: v.span,
         })
         .collect();
+    // Whether the text is right is looked at when the domain is known.
+    let tasks = task.and_then(|text| parse_network(FileId(0), 0, text).0);
+    let tasks = tasks.into_iter().flatten().map(|task| task.call.name.text);
     Given {
         entities,
         shared: world.shared.clone(),
         values,
-        task: task.and_then(|t| t.split('(').next()).map(|t| t.trim().to_owned()),
+        tasks: tasks.collect(),
     }
 }
 
-fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain, problems: &mut Problems) -> Option<Goal> {
+fn parse_goal(text: &str, file: FileId, offset: usize, domain: &mut Domain, problems: &mut Problems) -> Option<Goal> {
     let (goal, found) = check::parse_goal(text, file, offset, domain);
     problems.extend(found);
     goal

@@ -80,6 +80,19 @@ const EDGES: &[(&str, &[Edge])] = &[
         ],
     ),
     (
+        "planner",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("ir", ALL),
+            ("world", &["World"]),
+            ("plan", ALL),
+            ("load", ALL),
+            ("engine", ALL),
+            ("grp", ALL),
+        ],
+    ),
+    (
         "load",
         &[
             ("source", ALL),

@@ -4,7 +4,7 @@ use super::functions::TooLarge;
 use crate::diag::Problem;
 use crate::diag::suggest::{did_you_mean, nearest};
 use crate::source::Span;
-use crate::syntax::ast::Name;
+use crate::syntax::ast::{Name, PathStep};
 
 use super::PRELUDE;
 
@@ -117,6 +117,32 @@ pub(super) fn wrong_count(what: &str, name: &Name, wanted: &[String], found: usi
     let label = format!("{n} {plural} wanted");
     let problem = Problem::error("hatp::wrong-count", message, name.span, label);
     noted(problem, Some(declared), "declared here").help(format!("write `{}({})`", name.text, wanted.join(", ")))
+}
+
+/// `wanted` are the types that the attribute asks for.
+pub(super) fn wrong_attribute_arguments(step: &PathStep, wanted: &[String], declared: Option<Span>) -> Problem {
+    let (name, found) = (&step.name.text, step.args.len());
+    let (message, label, help) = match wanted.len() {
+        0 => (
+            format!("attribute `{name}` takes no arguments, found {found}"),
+            "no arguments wanted".to_owned(),
+            format!("write `{name}`"),
+        ),
+        n => {
+            let plural = if n == 1 { "argument" } else { "arguments" };
+            (
+                format!("attribute `{name}` takes {n} {plural}, found {found}"),
+                format!("{n} {plural} wanted"),
+                format!("write `{name}({})`", wanted.join(", ")),
+            )
+        }
+    };
+    noted(
+        Problem::error("hatp::wrong-count", message, step.span, label),
+        declared,
+        "declared here",
+    )
+    .help(help)
 }
 
 pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
@@ -265,6 +291,14 @@ pub(super) fn too_large(why: TooLarge, span: Span) -> Option<Problem> {
 pub(super) fn too_many_slots(n_attributes: usize, n_entities: usize, span: Span) -> Problem {
     let message = format!("{n_attributes} attributes and {n_entities} entities are too many together");
     Problem::error("hatp::too-large", message, span, "").help("declare only the entities that the task needs")
+}
+
+pub(super) fn too_many_argument_slots(name: &Name, limit: usize) -> Problem {
+    let message = format!(
+        "`{}` and the attributes before it have more than {limit} values: one for each choice of entity and arguments",
+        name.text
+    );
+    Problem::error("hatp::too-large", message, name.span, "").help("give it narrower types, or declare fewer entities")
 }
 
 pub(super) fn too_many_supertypes(name: &Name, limit: usize) -> Problem {

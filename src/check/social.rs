@@ -177,7 +177,8 @@ impl Walk<'_> {
                     TaskId::Action(_) => Some(name.as_str()),
                     TaskId::Method(_) => None,
                 });
-                let problem = problems::unknown("hatp::unknown-task", "action", &call.name.text, call.name.span, actions);
+                let problem =
+                    problems::unknown("hatp::unknown-task", "action", &call.name.text, call.name.span, actions);
                 self.problems.push(problem);
                 None
             }
@@ -277,7 +278,11 @@ pub(super) fn formula(expr: &ast::Expr, problems: &mut Problems) -> ir::CostForm
 
 fn no_formula(span: Span) -> Problem {
     let message = "the cost of a plan is a weighted sum of `sum` and `makespan`";
-    problems::not_constant(span, message, "write `cost = makespan;` or `cost = 1 * sum + 0.2 * makespan;`")
+    problems::not_constant(
+        span,
+        message,
+        "write `cost = makespan;` or `cost = 1 * sum + 0.2 * makespan;`",
+    )
 }
 
 /// Returns the factors of `sum`, of `makespan`, and what stands alone; `None` if it was refused.
@@ -290,7 +295,13 @@ fn linear(expr: &ast::Expr, problems: &mut Problems) -> Option<[f64; 3]> {
             "makespan" => Some([0.0, 1.0, 0.0]),
             name => {
                 let what = "part of the cost";
-                problems.push(problems::unknown("hatp::unknown-name", what, name, path.span, OWN_PARTS));
+                problems.push(problems::unknown(
+                    "hatp::unknown-name",
+                    what,
+                    name,
+                    path.span,
+                    OWN_PARTS,
+                ));
                 None
             }
         },

@@ -1,7 +1,6 @@
 //! The command line: arguments in, text out, exit code. The only place with a clock, a file system and a terminal.
 
 mod check;
-mod disk;
 mod doc;
 mod explain;
 mod facts;
@@ -19,7 +18,6 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use disk::Disk;
 use output::{Failure, say};
 use problems::{ProblemOptions, To};
 use sgap::diag::levels::Levels;
@@ -27,6 +25,7 @@ use sgap::diag::{Problem, Problems};
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
 use sgap::plan::Plan;
+use sgap::planner::{self, Disk};
 use sgap::report::json;
 use sgap::source::{Files, Sources};
 use sgap::world::World;
@@ -183,18 +182,16 @@ impl Inputs {
     fn load_with_goal(&self) -> Result<Ready, Failure> {
         let input = self.load()?;
         let Some(goal) = input.goal else {
-            let (path, help) = match &self.world {
-                Some(world) => (
-                    world,
-                    "add `task = \"Task(ARGUMENTS)\"` at its top, or give `--task 'Task(ARGUMENTS)'`",
-                ),
-                None => (
-                    &self.domain,
-                    "give `--task 'Task(ARGUMENTS)'`, or a world file with `task = \"Task(ARGUMENTS)\"`",
-                ),
+            let (domain, world) = (
+                self.domain.to_string_lossy(),
+                self.world.as_ref().map(|w| w.to_string_lossy()),
+            );
+            let paths = Paths {
+                domain: &domain,
+                world: world.as_deref(),
+                ..Paths::default()
             };
-            let message = format!("`{}` names no task", path.display());
-            let problem = Problem::unplaced("world::no-task", message).help(help);
+            let problem = planner::no_task(&paths);
             let problems = Problems(vec![problem]);
             return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
@@ -248,11 +245,15 @@ fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<
     value.ok_or(Failure::Code(code::PROBLEMS))
 }
 
+/// Prints a problem without a place and fails.
+fn fail(problem: Problem) -> Failure {
+    let _ = report(Problems(vec![problem]), &Sources::default(), None::<()>);
+    Failure::Code(code::PROBLEMS)
+}
+
 /// Prints why geometry can't be asked about a world.
 fn no_geometry(why: impl std::fmt::Display) -> Failure {
-    let problems = Problems(vec![Problem::unplaced("world::no-geometry", why.to_string())]);
-    let _ = report(problems, &Sources::default(), None::<()>);
-    Failure::Code(code::PROBLEMS)
+    fail(Problem::unplaced("world::no-geometry", why.to_string()))
 }
 
 /// Runs the program and returns its exit code.

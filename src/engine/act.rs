@@ -2,6 +2,7 @@
 
 use super::ground;
 use super::objective::Touched;
+use super::observe::Event;
 use super::outcome::{Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
@@ -44,13 +45,16 @@ impl Search<'_> {
             args: &args,
             constraints: &constraints,
         };
+        if self.observer.is_some() {
+            self.tell_projecting(node, &call);
+        }
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
                 let limit = action.alternatives.unwrap_or(self.settings.branching);
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
@@ -59,18 +63,21 @@ impl Search<'_> {
         self.statistics.projections += 1;
         self.statistics.alternatives += 1;
         self.read_before(node);
+        self.tell(|_| Event::Alternative { node, tried });
         match self.context.reasoner.find_alternative(gas, tried) {
             Ok(projection) => {
                 self.push_alternatives(point, node, projection, limit);
                 self.apply_action(node, Some((point, projection)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
-    fn refuse_geometry(&mut self, refusal: crate::plan::ActionRefusal) -> Flow {
+    fn refuse_geometry(&mut self, node: u32, refusal: crate::plan::ActionRefusal) -> Flow {
         self.truncated.geometry += u64::from(!refusal.exhausted);
-        self.reasons.add_geometry(&Refusal::Geometry(refusal));
+        let refusal = Refusal::Geometry(refusal);
+        self.reasons.add_geometry(&refusal);
+        self.tell_refused(node, 0, Some(&refusal));
         Flow::Back
     }
 
@@ -172,6 +179,12 @@ impl Search<'_> {
             cost,
             duration: (least.max(geometric.1), most.max(geometric.1)),
             slots,
+        });
+        self.tell(|search| Event::Applied {
+            node,
+            cost,
+            gas: projected.map(|(_, p)| p.gas),
+            n_actions: search.steps.len(),
         });
         if let (Some(objective), Some(step)) = (&mut self.objective, self.steps.last()) {
             let [from, to, end] = slots.map(|at| at as usize);

@@ -4,7 +4,6 @@
 
 use indexmap::IndexMap;
 
-use super::explain::slot_name;
 use super::links::links;
 use super::outcome::{Found, NONE};
 use super::reasoner::GasRef;
@@ -53,19 +52,14 @@ pub fn document(
             end,
             geometry: step.gas.and_then(geometry),
             changes: changes
-                .map(|(slot, v)| (slot_name(domain, *slot), domain.show(v)))
+                .map(|(slot, v)| (domain.slot_name(*slot), domain.show(v)))
                 .collect(),
         });
     }
-    let task = format!(
-        "{}({})",
-        domain.task_name(goal.task),
-        show_all(domain, &goal.args).join(", ")
-    );
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
-        task,
+        task: domain.show_task(goal.task, &goal.args),
         seed,
         cost: found.cost,
         cost_parts: cost_parts(found, domain),

@@ -140,10 +140,12 @@ impl Search<'_> {
                     self.truncated.cycles += 1;
                 }
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(cost)) if self.cost >= *cost => {
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(_)) => {}

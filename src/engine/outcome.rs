@@ -151,9 +151,7 @@ impl Tree {
 
     /// Returns `Pick(PR2, RED_CUBE)`.
     pub(super) fn show(&self, domain: &Domain, node: u32) -> String {
-        let args: Vec<String> = self.args(domain, node).iter().map(|v| domain.show(v)).collect();
-        let task = self.nodes[node as usize].task;
-        format!("{}({})", domain.task_name(task), args.join(", "))
+        domain.show_task(self.nodes[node as usize].task, self.args(domain, node))
     }
 }
 

@@ -7,6 +7,7 @@ use rustc_hash::FxHashSet;
 use super::changes::changes;
 use super::hash::Print;
 use super::objective;
+use super::observe::Event;
 use super::outcome::{Aim, Found, Statistics};
 use super::search::{COST_TOLERANCE, Search};
 use crate::ir::SlotId;
@@ -103,6 +104,12 @@ impl Search<'_> {
             }
         }
         self.statistics.plans += 1;
+        let (number, cost, n_actions) = (self.statistics.plans, found.cost, found.steps.len());
+        self.tell(|_| Event::Found {
+            number,
+            cost,
+            n_actions,
+        });
         on_plan(&found, &self.statistics);
         if self.settings.aim == Aim::Best {
             self.recorder.plans.clear();

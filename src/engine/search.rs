@@ -17,6 +17,7 @@ use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
+use super::observe::{Event, Observer};
 use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
@@ -80,6 +81,19 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
+    solve_observed(domain, goal, reasoner, settings, stop, on_plan, None)
+}
+
+/// As [`solve`]; `observer` hears of all that the search does.
+pub fn solve_observed(
+    domain: &Domain,
+    goal: &Goal,
+    reasoner: &mut dyn Reasoner,
+    settings: &Settings,
+    stop: &AtomicBool,
+    on_plan: &mut dyn FnMut(&Found, &Statistics),
+    observer: Option<&mut dyn Observer>,
+) -> Outcome {
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -126,8 +140,13 @@ pub fn solve(
         reasons: Reasons::default(),
         budget_spent: false,
         written: Vec::new(),
+        observer: observer.map(|o| o as &mut dyn Observer),
     };
     let ending = search.run(goal, stop, on_plan);
+    search.tell(|search| Event::Ended {
+        ending,
+        statistics: &search.statistics,
+    });
     let least_cost = search.least_cost(goal, ending);
     let Search {
         recorder,
@@ -176,6 +195,7 @@ pub(super) struct Search<'a> {
     pub budget_spent: bool,
     /// Room for written slots.
     pub written: Vec<SlotId>,
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 impl Search<'_> {
@@ -226,6 +246,7 @@ impl Search<'_> {
                         }
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
+                        self.tell_went_back(&choice);
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
                             Some(flow) => flow,

@@ -20,8 +20,14 @@ pub fn dump(domain: &Domain) -> String {
     for a in &domain.attributes {
         let change = if a.is_static { "static" } else { "dynamic" };
         let fact = a.fact.as_ref().map_or(String::new(), |f| format!(" = fact {f}"));
+        let types: Vec<&str> = a.arguments.iter().map(|a| dump.ty(a.ty)).collect();
+        let arguments = if types.is_empty() {
+            String::new()
+        } else {
+            format!("({})", types.join(", "))
+        };
         let text = format!(
-            "{change} {}{} {}.{}{fact}",
+            "{change} {}{} {}.{}{arguments}{fact}",
             set_word(a.is_set),
             dump.base(a.base),
             dump.ty(a.owner),
@@ -29,13 +35,9 @@ pub fn dump(domain: &Domain) -> String {
         );
         line(&mut out, 0, &text);
     }
-    for (slot, value) in domain.slots.iter().zip(&domain.initial) {
-        let attribute = &domain.attributes[slot.attribute.index()].name;
-        line(
-            &mut out,
-            0,
-            &format!("{}.{attribute} = {}", dump.entity(slot.entity), domain.show(value)),
-        );
+    for (i, value) in domain.initial.iter().enumerate() {
+        let name = domain.slot_name(SlotId(i as u32));
+        line(&mut out, 0, &format!("{name} = {}", domain.show(value)));
     }
     if domain.settings.interleave {
         line(&mut out, 0, "interleave");
@@ -99,7 +101,9 @@ impl Dump<'_> {
             }
             RuleKind::Sequence { vars, .. } => format!("({})", self.params(vars)),
             RuleKind::EffortBalance { effort, agents } => format!(" of {effort:?} among {}", names(agents)),
-            RuleKind::WastedTime { agents } | RuleKind::IntricateLinks { agents } => format!(" among {}", names(agents)),
+            RuleKind::WastedTime { agents } | RuleKind::IntricateLinks { agents } => {
+                format!(" among {}", names(agents))
+            }
         };
         let head = format!("{} `{}` weight {}", rule.kind.word(), rule.name, rule.weight);
         line(out, 0, &format!("{head}{tail}"));
@@ -206,34 +210,43 @@ impl Dump<'_> {
     }
 
     fn effect(&self, out: &mut String, depth: usize, effect: &Effect) {
-        let target = |e: &Expr, a: &AttributeId| format!("{}.{}", self.expr(e), self.domain.attributes[a.index()].name);
+        let target = |e: &Expr, a: &AttributeId, args: &[Expr]| {
+            let name = &self.domain.attributes[a.index()].name;
+            match args.is_empty() {
+                true => format!("{}.{name}", self.expr(e)),
+                false => format!("{}.{name}({})", self.expr(e), self.exprs(args)),
+            }
+        };
         match effect {
             Effect::Assign {
                 entity,
                 attribute,
+                args,
                 value,
             } => line(
                 out,
                 depth,
-                &format!("{} = {}", target(entity, attribute), self.expr(value)),
+                &format!("{} = {}", target(entity, attribute, args), self.expr(value)),
             ),
             Effect::Add {
                 entity,
                 attribute,
+                args,
                 element,
             } => line(
                 out,
                 depth,
-                &format!("{} <<= {}", target(entity, attribute), self.expr(element)),
+                &format!("{} <<= {}", target(entity, attribute, args), self.expr(element)),
             ),
             Effect::Remove {
                 entity,
                 attribute,
+                args,
                 element,
             } => line(
                 out,
                 depth,
-                &format!("{} =>> {}", target(entity, attribute), self.expr(element)),
+                &format!("{} =>> {}", target(entity, attribute, args), self.expr(element)),
             ),
             Effect::Forall {
                 var,

@@ -81,7 +81,10 @@ impl Outline<'_> {
     }
 
     fn rules(&self, block: &Social) -> Vec<DocumentSymbol> {
-        let rules = block.rules.iter().filter_map(|rule| rule.name.as_ref().map(|name| (rule, name)));
+        let rules = block
+            .rules
+            .iter()
+            .filter_map(|rule| rule.name.as_ref().map(|name| (rule, name)));
         rules
             .map(|(rule, name)| self.symbol(&name.text, "rule", SymbolKind::EVENT, rule.span, name.span, Vec::new()))
             .collect()

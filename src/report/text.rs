@@ -86,7 +86,11 @@ fn cost_parts(plan: &Plan, out: &mut String) {
             part.weight.to_string(),
             format!("{:.4}", part.cost),
             // What it is, where the name does not say it.
-            if part.kind == part.name { String::new() } else { part.kind.clone() },
+            if part.kind == part.name {
+                String::new()
+            } else {
+                part.kind.clone()
+            },
         ]);
     }
     out.push_str("\ncost\n");

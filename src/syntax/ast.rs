@@ -166,7 +166,18 @@ pub struct Attribute {
     pub is_set: bool,
     pub base: Name,
     pub name: Name,
+    /// Of `have_image(Objective)`; none for most.
+    pub params: Vec<AttributeParam>,
     pub fact: Option<Name>,
+    pub span: Span,
+}
+
+/// `Location`, `Location To`: an argument that an attribute asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttributeParam {
+    pub ty: Name,
+    /// For the reader alone.
+    pub name: Option<Name>,
     pub span: Span,
 }
 
@@ -405,7 +416,15 @@ pub struct Assignment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     pub root: Name,
-    pub steps: Vec<Name>,
+    pub steps: Vec<PathStep>,
+    pub span: Span,
+}
+
+/// A step of a path: `isAt`, `road(L2)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathStep {
+    pub name: Name,
+    pub args: Vec<Expr>,
     pub span: Span,
 }
 

@@ -210,7 +210,11 @@ const KEYWORDS: &[Keyword] = &[
         "effort",
         "A rule on the difference between who does most and who does least: `effort balance weight 1;`.",
     ),
-    keyword(Social, "balance", "See `effort`: `effort balance of duration weight 1;`."),
+    keyword(
+        Social,
+        "balance",
+        "See `effort`: `effort balance of duration weight 1;`.",
+    ),
     keyword(
         Social,
         "wasted",
@@ -233,7 +237,11 @@ const KEYWORDS: &[Keyword] = &[
         "among",
         "The agents, or types of agents, that a rule is about: `wasted time among BOB, Human weight 1;`.",
     ),
-    keyword(Social, "weight", "What one of what a rule counts adds to the plan's cost."),
+    keyword(
+        Social,
+        "weight",
+        "What one of what a rule counts adds to the plan's cost.",
+    ),
     keyword(Constant, "NULL", "No value."),
     keyword(Constant, "true", "The value of a `bool` that holds."),
     keyword(Constant, "false", "The value of a `bool` that does not hold."),

@@ -21,7 +21,7 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::lone_step => "a subtask",
         Rule::lone_test => "a test",
         Rule::lone_effect => "an effect",
-        Rule::goal_call => "a task with its arguments",
+        Rule::network | Rule::network_task => "a task with its arguments",
         Rule::pieces => return None,
         Rule::EOI => "the end of the file",
         Rule::fact_database => "`factdatabase`",
@@ -76,6 +76,9 @@ pub fn word(rule: Rule) -> Option<&'static str> {
             "a value"
         }
         Rule::compat_null => return None,
+        // A call of a function is not mentioned where a name may end, either.
+        Rule::attribute_params | Rule::step_args => return None,
+        Rule::attribute_param => "a type of entities",
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",
         Rule::args => "`(`",
         Rule::operator => "an operator",

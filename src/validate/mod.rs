@@ -17,6 +17,7 @@ mod facts;
 mod fault;
 mod handling;
 mod motion;
+mod network;
 mod notation;
 mod objective;
 mod places;
@@ -51,6 +52,8 @@ pub struct Settings {
     pub max_configurations: u64,
     /// Choices of a decomposition's variables tried for one task.
     pub max_bindings: usize,
+    /// Actions tried to count one undesirable sequence.
+    pub max_tries: u64,
     /// Restarts of the inverse kinematics before a claimed reachability counts as unconfirmed.
     pub reach_restarts: usize,
     /// Restarts spent on contradicting a denied reachability, and the share of them that must succeed.
@@ -71,6 +74,7 @@ impl Settings {
         time_tolerance: 1e-6,
         max_configurations: 2_000_000,
         max_bindings: 100_000,
+        max_tries: 20_000_000,
         reach_restarts: 1000,
         contradiction_restarts: 24,
         contradiction_share: 0.25,
@@ -165,8 +169,7 @@ fn document(plan: &Plan, domain: &ir::Domain, goal: &ir::Goal) -> Checked<Vec<ir
     for part in &plan.cost_parts {
         finite("a part of the plan's cost", &[part.amount, part.weight, part.cost])?;
     }
-    let task = notation::task_text(domain, &plan.task)?;
-    if task != *goal {
+    if !network::is_goal(domain, &plan.task, goal)? {
         return Err(Kind::Task {
             expected: notation::show_task(domain, goal.task, &goal.args),
             found: plan.task.clone(),
@@ -265,10 +268,4 @@ fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[St
         .into());
     }
     Ok(())
-}
-
-/// Returns `RED_CUBE.isOn`.
-fn slot_name(domain: &ir::Domain, slot: &ir::Slot) -> String {
-    let entity = &domain.entities[slot.entity.index()].name;
-    format!("{entity}.{}", domain.attributes[slot.attribute.index()].name)
 }

@@ -15,7 +15,6 @@ use super::{
     requests::{self, Asked},
     schedule::Done,
     shared::Shared,
-    slot_name,
 };
 use crate::ir::{self, Domain, EntityId, SlotId, Value};
 use crate::plan::{Action, AttachmentChange, Geometry, Motion, Plan};
@@ -218,7 +217,7 @@ impl<'a> Context<'a> {
         let is_listed = |values: &[Value]| {
             domain.slots.iter().enumerate().all(|(i, slot)| {
                 let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
-                let listed = action.changes.get(&slot_name(domain, slot));
+                let listed = action.changes.get(&domain.slot_name(SlotId(i as u32)));
                 domain.attributes[slot.attribute.index()].fact.is_some() || listed.unwrap_or(&was) == &now
             })
         };
@@ -233,8 +232,8 @@ impl<'a> Context<'a> {
             None
         };
         let mut expected = IndexMap::new();
-        for (i, slot) in domain.slots.iter().enumerate() {
-            let name = slot_name(domain, slot);
+        for i in 0..domain.slots.len() {
+            let name = domain.slot_name(SlotId(i as u32));
             let listed = action.changes.get(&name);
             // A guess about the start may have hidden a change, or made one up.
             if guessed[i] {

@@ -338,7 +338,9 @@ impl Branches {
             return Vec::new();
         };
         let (mut found, mut seen) = (Vec::new(), Vec::new());
-        let mut left = decomposition.subtasks[self.subtask[node as usize] as usize].after.clone();
+        let mut left = decomposition.subtasks[self.subtask[node as usize] as usize]
+            .after
+            .clone();
         while let Some(position) = left.pop() {
             if seen.contains(&position) {
                 continue;

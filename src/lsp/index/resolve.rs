@@ -308,7 +308,7 @@ impl Walk<'_> {
 
     fn assignment(&mut self, assignment: &Assignment) {
         self.path(&assignment.target);
-        let last = assignment.target.steps.last().map(|s| s.span);
+        let last = assignment.target.steps.last().map(|s| s.name.span);
         if let Some(written) = self.index.occurrences.last_mut().filter(|o| Some(o.span) == last) {
             written.is_write = true;
         }
@@ -380,6 +380,8 @@ impl Walk<'_> {
         self.occurs(&path.root, root);
         let mut value = self.index.get(root).value;
         for step in &path.steps {
+            step.args.iter().for_each(|a| self.expr(a));
+            let step = &step.name;
             let found = match value {
                 Value::Entity(ty) => self.index.attribute_of(ty, &step.text),
                 // Of an entity of the world the type is not known here; most names leave no choice.

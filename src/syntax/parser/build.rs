@@ -59,9 +59,10 @@ impl<'p> Builder<'p> {
         items
     }
 
-    pub(super) fn goal_call(&mut self, pairs: Pairs<'_, Rule>) -> Option<Call> {
-        let goal = pairs.into_iter().next()?;
-        parts(goal).next().map(|call| self.call(call))
+    /// Returns the tasks of a network.
+    pub(super) fn network(&mut self, pairs: Pairs<'_, Rule>) -> Vec<Subtask> {
+        let tasks = pairs.into_iter().flat_map(parts);
+        tasks.map(|task| self.subtask(task)).collect()
     }
 
     fn item(&mut self, pair: Pair<'_, Rule>, items: &mut Vec<Item>) {
@@ -189,13 +190,28 @@ impl<'p> Builder<'p> {
         let is_set = p.want().as_rule() == Rule::kw_set;
         let base = self.name(p.want());
         let name = self.name(p.want());
+        let params = p.take_if(Rule::attribute_params);
+        let params = params.map_or_else(Vec::new, |params| {
+            parts(params).map(|param| self.attribute_param(param)).collect()
+        });
         let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
         Attribute {
             is_static,
             is_set,
             base,
             name,
+            params,
             fact,
+            span,
+        }
+    }
+
+    fn attribute_param(&mut self, pair: Pair<'_, Rule>) -> AttributeParam {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        AttributeParam {
+            ty: self.name(p.want()),
+            name: p.next().map(|n| self.name(n)),
             span,
         }
     }
@@ -270,6 +286,9 @@ impl<'p> Builder<'p> {
 
     fn step(&mut self, pair: Pair<'_, Rule>) -> Step {
         let span = self.span(&pair);
+        if pair.as_rule() == Rule::subtask {
+            return Step::Subtask(self.subtask(pair));
+        }
         let rule = pair.as_rule();
         let mut p = parts(pair);
         match rule {
@@ -308,21 +327,21 @@ impl<'p> Builder<'p> {
                     span,
                 })
             }
-            Rule::subtask => {
-                let label = p.take_if(Rule::label).map(|l| self.name(l));
-                let call = self.call(p.want());
-                let after = match p.next() {
-                    Some(order) => parts(order).map(|l| self.name(l)).collect(),
-                    None => Vec::new(),
-                };
-                Step::Subtask(Subtask {
-                    label,
-                    call,
-                    after,
-                    span,
-                })
-            }
             other => unreachable!("builder: {other:?} is no step"),
+        }
+    }
+
+    fn subtask(&mut self, pair: Pair<'_, Rule>) -> Subtask {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        Subtask {
+            label: p.take_if(Rule::label).map(|l| self.name(l)),
+            call: self.call(p.want()),
+            after: match p.next() {
+                Some(order) => parts(order).map(|l| self.name(l)).collect(),
+                None => Vec::new(),
+            },
+            span,
         }
     }
 
@@ -444,7 +463,16 @@ impl<'p> Builder<'p> {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let root = self.name(p.want());
-        let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
+        let mut steps: Vec<PathStep> = Vec::new();
+        while let Some(word) = p.next() {
+            let name = self.name(word);
+            let (mut args, mut span) = (Vec::new(), name.span);
+            if let Some(pair) = p.take_if(Rule::step_args) {
+                span = span.to(self.span(&pair));
+                args = parts(pair).map(|a| self.expr(a)).collect();
+            }
+            steps.push(PathStep { name, args, span });
+        }
         if steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
             let problem = Problem::error("hatp::too-large", message, span, "this path");

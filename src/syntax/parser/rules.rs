@@ -20,10 +20,12 @@ impl Builder<'_> {
             p.take_if(Grammar::rule_name).map(|n| self.name(parts(n).want()))
         };
         let params = p.take_if(Grammar::params).map_or_else(Vec::new, |all| self.params(all));
-        let effort = p.take_if(Grammar::effort_of).map_or(Effort::Cost, |of| match of.as_str() {
-            text if text.ends_with("duration") => Effort::Duration,
-            _ => Effort::Cost,
-        });
+        let effort = p
+            .take_if(Grammar::effort_of)
+            .map_or(Effort::Cost, |of| match of.as_str() {
+                text if text.ends_with("duration") => Effort::Duration,
+                _ => Effort::Cost,
+            });
         let among = p
             .take_if(Grammar::among)
             .map_or_else(Vec::new, |all| parts(all).map(|n| self.name(n)).collect());

@@ -1,12 +1,12 @@
-//! Reads files for the library.
+//! Reads files. All other rooms see texts alone, through [`Files`].
 
 use std::io::Read;
 
-use sgap::source::Files;
+use crate::source::Files;
 
-/// The file system.
-#[derive(Debug)]
-pub(super) struct Disk;
+/// The file system. A path is relative to the working directory of the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Disk;
 
 /// A domain, world or model file is never larger [bytes].
 const LARGEST: u64 = 64 << 20;
