@@ -67,7 +67,9 @@ fn bytes(path: &str, largest: u64) -> Result<Vec<u8>, String> {
 fn packages() -> Vec<String> {
     let folders = |variable: &str| -> Vec<PathBuf> {
         let value = std::env::var_os(variable).unwrap_or_default();
-        std::env::split_paths(&value).filter(|p| !p.as_os_str().is_empty()).collect()
+        std::env::split_paths(&value)
+            .filter(|p| !p.as_os_str().is_empty())
+            .collect()
     };
     let ament = folders("AMENT_PREFIX_PATH").into_iter().map(|p| p.join("share"));
     let all = folders("ROS_PACKAGE_PATH").into_iter().chain(ament);

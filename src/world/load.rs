@@ -14,7 +14,9 @@ use super::{EntityRef, ObjectState, Scene, State, VirtualObject, World, values};
 use crate::diag::{Problem, Problems};
 use crate::source::{Files, Sources, Span};
 
-const KEYS: [&str; 8] = ["task", "packages", "robots", "humans", "objects", "virtual", "facts", "state"];
+const KEYS: [&str; 8] = [
+    "task", "packages", "robots", "humans", "objects", "virtual", "facts", "state",
+];
 /// At the start, an overlap up to this depth is a touch [m].
 const TOUCH: f64 = 1e-3;
 

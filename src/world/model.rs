@@ -90,7 +90,9 @@ enum InParts<'a> {
 /// Returns the folders of `packages`, each relative to that of the file.
 pub fn packages(root: &Table<'_>, path: &str, problems: &mut Problems) -> Vec<String> {
     let folders = root.array("packages", problems).unwrap_or_default();
-    let names = folders.iter().filter_map(|v| v.text("an entry of `packages`", problems));
+    let names = folders
+        .iter()
+        .filter_map(|v| v.text("an entry of `packages`", problems));
     names.map(|name| beside(path, name.text)).collect()
 }
 

@@ -276,7 +276,6 @@ pub fn plan(recipe: &Recipe) -> Plan {
         cost: 0.0,
         cost_parts: Vec::new(),
         makespan: 0.0,
-        cost_parts: vec![],
         interleaved: false,
         actions: vec![
             action(
