@@ -143,7 +143,11 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
     };
     let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
-    let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
+    let document = |found| {
+        let mut plan = engine::document(found, domain, goal, options.seed, &geometry);
+        keep::as_written(&mut plan, options.kept);
+        plan
+    };
     Ok(Answer {
         plans: outcome.found.iter().chain(&outcome.others).map(document).collect(),
         ending: outcome.ending,
