@@ -109,7 +109,7 @@ proptest! {
         let naive = plans(&domain, 1, &Limits { interleave, depth: 5, work: 3_000 });
         let cheapest = naive.plans.values().min().copied();
         for (cuts, strategy) in WAYS {
-            let budget = Budget { expansions: 20_000, depth: 60 };
+            let budget = Budget { expansions: 2_000, depth: 60 };
             let settings = Settings { interleave, cuts, strategy, budget, ..FIRST };
             for aim in [Aim::First, Aim::Best] {
                 let run = search(&text, "Do0(R, CUP, 1, [CUP, BOX])", Settings { aim, ..settings });

@@ -11,6 +11,8 @@
 //! - in the fall-back (`rounds`), it counts for branches in which tasks have come back to themselves as often, and is
 //!   forgotten when the round ends. The rest of the agenda may have been let less often where it was met: then its plan
 //!   comes in a later round, of twice as many returns at most.
+//! - where the best plan's cost is more than a sum (`objective`), what the actions to come cost depends on those before:
+//!   nothing is kept, and only circles are left.
 //!
 //! States and tasks are compared by fingerprints (`hash`). Geometry is part of the state if the reasoner can name its world
 //! state; else nothing is remembered in a domain whose actions are projected.
@@ -121,7 +123,9 @@ impl Search<'_> {
             false => 0,
             true => self.context.reasoner.state_key()?,
         };
-        let print = self.print_of_all(node);
+        // Which actions are allowed depends on how many of the kept ones are done.
+        let n_kept = self.steps.len().min(self.kept.len());
+        let print = self.print_of_all(node).number(n_kept as u64);
         Some(print.number(world as u64).number((world >> 64) as u64).key())
     }
 

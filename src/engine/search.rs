@@ -17,6 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
+use super::kept::Kept;
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
 use super::observe::{Event, Observer};
@@ -80,9 +81,26 @@ pub(super) enum Flow {
     Back,
 }
 
-/// Searches for plans of `goal`; `stop` ends the search from outside; `on_plan` hears of each (better) plan as it comes.
-///
-/// The reasoner is left in the world state of the start.
+/// Who hears of a search, and who may end it.
+pub struct Hooks<'h> {
+    /// Ends the search from outside.
+    pub stop: &'h AtomicBool,
+    /// Hears of each (better) plan as it comes.
+    pub on_plan: &'h mut dyn FnMut(&Found, &Statistics),
+    /// Hears of all that the search does.
+    pub observer: Option<&'h mut dyn Observer>,
+}
+
+impl std::fmt::Debug for Hooks<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let has_observer = self.observer.is_some();
+        f.debug_struct("Hooks")
+            .field("observer", &has_observer)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Searches for plans of `goal`, whatever they begin with: see [`repair`].
 pub fn solve(
     domain: &Domain,
     goal: &Goal,
@@ -91,19 +109,30 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
-    solve_observed(domain, goal, reasoner, settings, stop, on_plan, None)
+    let hooks = Hooks {
+        stop,
+        on_plan,
+        observer: None,
+    };
+    repair(domain, goal, &[], reasoner, settings, hooks)
 }
 
-/// As [`solve`]; `observer` hears of all that the search does.
-pub fn solve_observed(
+/// Searches for plans of `goal` that begin with the `kept` actions.
+///
+/// The reasoner is left in the world state of the start.
+pub fn repair(
     domain: &Domain,
     goal: &Goal,
+    kept: &[Kept],
     reasoner: &mut dyn Reasoner,
     settings: &Settings,
-    stop: &AtomicBool,
-    on_plan: &mut dyn FnMut(&Found, &Statistics),
-    mut observer: Option<&mut dyn Observer>,
+    hooks: Hooks<'_>,
 ) -> Outcome {
+    let Hooks {
+        stop,
+        on_plan,
+        mut observer,
+    } = hooks;
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -121,18 +150,19 @@ pub fn solve_observed(
     let (prepared, bounds) = (Prepared::new(domain), Bounds::new(domain));
     let start_world = reasoner.save();
     let mut rounds = Rounds::new(settings);
-    let mut kept = Kept::default();
+    let mut carried = Carried::default();
+    let mut impossible = None;
     // What the searches before the fall-back say is what a user can make use of.
     let mut first_reasons = None;
     loop {
         let round = rounds.round;
-        kept.statistics.rounds = rounds.number();
-        kept.statistics.returns = round.returns;
+        carried.statistics.rounds = rounds.number();
+        carried.statistics.returns = round.returns;
         if round.is_fall_back() {
-            first_reasons.get_or_insert_with(|| std::mem::take(&mut kept.reasons));
+            first_reasons.get_or_insert_with(|| std::mem::take(&mut carried.reasons));
             // The failures known were met with tasks not let come back.
-            kept.memo = Memo::default();
-            kept.cycles = 0;
+            carried.memo = Memo::default();
+            carried.cycles = 0;
         }
         let mut state = State::new(domain, &shared);
         let mut context = Context::new(domain, &mut state, reasoner);
@@ -146,6 +176,7 @@ pub fn solve_observed(
         let mut search = Search {
             context,
             settings,
+            kept,
             shared: &shared,
             prepared: &prepared,
             bounds: &bounds,
@@ -161,16 +192,16 @@ pub fn solve_observed(
             objective,
             round,
             random: stream(round.shuffle),
-            memo: kept.memo,
-            recorder: kept.recorder,
-            n_derivations: kept.n_derivations,
-            begin: kept.statistics.backtracks,
-            statistics: kept.statistics,
+            memo: carried.memo,
+            recorder: carried.recorder,
+            n_derivations: carried.n_derivations,
+            begin: carried.statistics.backtracks,
+            statistics: carried.statistics,
             truncated: Truncated {
-                cycles: kept.cycles,
+                cycles: carried.cycles,
                 ..Truncated::default()
             },
-            reasons: kept.reasons,
+            reasons: carried.reasons,
             budget_spent: false,
             written: Vec::new(),
             observer: observer.as_deref_mut().map(|o| o as &mut dyn Observer),
@@ -183,7 +214,13 @@ pub fn solve_observed(
                 n_actions: 0,
             });
         }
-        let ended = search.run(goal, stop, on_plan);
+        if rounds.number() == 1 {
+            impossible = search.first_impossible();
+        }
+        let ended = match impossible {
+            Some(_) => Some(Ending::Exhausted),
+            None => search.run(goal, stop, on_plan),
+        };
         let ended = Ended {
             ending: ended,
             left_out: search.left_out,
@@ -199,7 +236,7 @@ pub fn solve_observed(
         let least_cost = ending.map(|ending| search.least_cost(goal, ending));
         search.context.reasoner.restore(start_world);
         search.forget_open();
-        kept = Kept {
+        carried = Carried {
             memo: search.memo,
             recorder: search.recorder,
             n_derivations: search.n_derivations,
@@ -208,24 +245,25 @@ pub fn solve_observed(
             cycles: search.truncated.cycles,
         };
         if let (Some(ending), Some(least_cost)) = (ending, least_cost) {
-            let (found, others) = kept.recorder.finish();
-            let reasons = first_reasons.filter(|_| found.is_none()).unwrap_or(kept.reasons);
+            let (found, others) = carried.recorder.finish();
+            let reasons = first_reasons.filter(|_| found.is_none()).unwrap_or(carried.reasons);
             return Outcome {
                 found,
                 others,
+                impossible,
                 least_cost,
                 ending,
-                statistics: kept.statistics,
+                statistics: carried.statistics,
                 why_not: reasons.finish(domain),
             };
         }
-        kept.reasons.shortened(0);
+        carried.reasons.shortened(0);
     }
 }
 
 /// What goes from one round to the next.
 #[derive(Debug, Default)]
-struct Kept {
+struct Carried {
     memo: Memo,
     recorder: Recorder,
     n_derivations: u64,
@@ -239,6 +277,8 @@ struct Kept {
 pub(super) struct Search<'a> {
     pub context: Context<'a>,
     pub settings: &'a Settings,
+    /// What a plan has to begin with.
+    pub kept: &'a [Kept],
     pub shared: &'a [SlotId],
     pub prepared: &'a Prepared,
     pub bounds: &'a Bounds,
@@ -298,7 +338,7 @@ impl Search<'_> {
         };
         loop {
             if flow == Flow::Forward && self.agenda.head == NONE {
-                if self.record(on_plan) {
+                if self.refuse_short().is_none() && self.record(on_plan) {
                     return Some(Ending::FirstPlan);
                 }
                 flow = Flow::Back;
@@ -406,7 +446,7 @@ impl Search<'_> {
         }
     }
 
-    fn go_back(&mut self, point: &Point) {
+    pub fn go_back(&mut self, point: &Point) {
         self.context.reads.clear();
         self.context.state.restore(point.trail);
         self.context.reasoner.restore(point.world);
