@@ -84,6 +84,7 @@ pub(super) enum Kind {
     TooCostly,
     TooDeep,
     Cycle,
+    LookAhead,
     NotKept,
 }
 
