@@ -15,6 +15,7 @@ pub mod doc;
 pub mod engine;
 pub mod geom;
 pub mod grp;
+pub mod hddl;
 pub mod ir;
 pub mod load;
 pub mod lsp;

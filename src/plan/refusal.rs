@@ -60,6 +60,14 @@ pub enum Refusal {
     },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
+    /// A plan has to begin with actions of an earlier one, and this action is not the next of them; without a task: the
+    /// branch would end before it.
+    NotKept {
+        task: Option<String>,
+        /// Position of the next one.
+        index: usize,
+        kept: String,
+    },
 }
 
 /// Why a geometric action has no further solution.
@@ -75,6 +83,23 @@ pub struct ActionRefusal {
     pub tried: u32,
     /// What stopped them, most frequent first.
     pub causes: Vec<CauseCount>,
+}
+
+impl ActionRefusal {
+    /// Returns the refusal of a call that its arguments or the world state rule out, with the sentence that says why.
+    pub fn not_applicable(call: String, why: String) -> Self {
+        ActionRefusal {
+            call,
+            found_before: 0,
+            exhausted: true,
+            tried: 0,
+            causes: vec![CauseCount {
+                sub_action: String::new(),
+                cause: Cause::NotApplicable(why),
+                count: 1,
+            }],
+        }
+    }
 }
 
 /// How many candidates failed for one cause.
@@ -206,6 +231,16 @@ impl fmt::Display for Refusal {
                     _ => write!(f, "{task}: more than {depth} methods deep, at last {chain_text}"),
                 }
             }
+            Refusal::NotKept {
+                task: Some(task),
+                index,
+                kept,
+            } => write!(f, "{task} is not the next kept action, {index} {kept}"),
+            Refusal::NotKept {
+                task: None,
+                index,
+                kept,
+            } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -235,6 +270,7 @@ impl Refusal {
             Refusal::TooCostly { .. } => "too-costly",
             Refusal::TooDeep { .. } => "too-deep",
             Refusal::Cycle { .. } => "cycle",
+            Refusal::NotKept { .. } => "not-kept",
         }
     }
 
@@ -260,6 +296,7 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
+            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
             Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
@@ -295,7 +332,7 @@ impl Refusal {
             },
             Refusal::Geometry(refusal) => refusal.call.clone(),
             Refusal::TooDeep { chain, .. } | Refusal::Cycle { chain } => chain.join(" > "),
-            Refusal::TooCostly { .. } => self.to_string(),
+            Refusal::TooCostly { .. } | Refusal::NotKept { .. } => self.to_string(),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::{self, Aim, Budget, Cuts, Found, Observer, Reasoner, Statistics};
+use crate::engine::{self, Aim, Budget, Cuts, Found, Kept, Observer, Reasoner, Statistics};
 use crate::grp;
 use crate::ir::Domain;
 
@@ -19,6 +19,8 @@ pub struct Options<'a> {
     pub seed: u64,
     /// Ends the search when somebody sets it, with the best plan so far.
     pub stop: Arc<AtomicBool>,
+    /// What a plan has to begin with: see [`keep`](super::keep).
+    pub kept: &'a [Kept],
     /// Answers for geometry instead of this crate's.
     pub reasoner: Option<&'a mut dyn Reasoner>,
     /// Hears of every (better) plan when it is found.
@@ -74,6 +76,7 @@ impl Default for Options<'_> {
             },
             seed: 0,
             stop: Arc::new(AtomicBool::new(false)),
+            kept: &[],
             reasoner: None,
             on_plan: None,
             observer: None,
@@ -127,6 +130,12 @@ impl<'a> Options<'a> {
     /// Tries up to `n` placements per geometric action.
     pub fn placements(mut self, n: u32) -> Self {
         self.geometry.placements = n;
+        self
+    }
+
+    /// Begins every plan with these actions of an earlier one.
+    pub fn keep(mut self, kept: &'a [Kept]) -> Self {
+        self.kept = kept;
         self
     }
 

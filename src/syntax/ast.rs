@@ -172,6 +172,21 @@ pub struct Attribute {
     pub span: Span,
 }
 
+impl Attribute {
+    /// Returns `(Location, Location To)`; nothing for an attribute without arguments.
+    pub fn params_as_written(&self) -> String {
+        let param = |p: &AttributeParam| match &p.name {
+            Some(name) => format!("{} {}", p.ty.text, name.text),
+            None => p.ty.text.clone(),
+        };
+        let params: Vec<String> = self.params.iter().map(param).collect();
+        match params.is_empty() {
+            true => String::new(),
+            false => format!("({})", params.join(", ")),
+        }
+    }
+}
+
 /// `Location`, `Location To`: an argument that an attribute asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AttributeParam {

@@ -275,6 +275,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
         seed: 0,
         cost: 0.0,
         makespan: 0.0,
+        cost_parts: vec![],
         interleaved: false,
         actions: vec![
             action(
