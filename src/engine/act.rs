@@ -31,10 +31,7 @@ impl Search<'_> {
                 Some(value) if value != Value::Null => args.push(value),
                 _ => {
                     return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
-                        Refusal::NullArgument {
-                            task: search.show(node),
-                            position,
-                        }
+                        search.null_argument(node, search.show(node), position, arg)
                     });
                 }
             }
