@@ -269,10 +269,7 @@ impl<'a> Scan<'a, '_> {
     fn bind_let(&mut self, i: usize) {
         let in_subtasks = self.frames.last().is_some_and(|f| f.block == Block::Subtasks);
         if let (true, ["let", name, "=", value @ ..]) = (in_subtasks, self.head(i)) {
-            let bound = (
-                (*name).to_owned(),
-                self.let_value(value).unwrap_or(Value::Unknown),
-            );
+            let bound = ((*name).to_owned(), self.let_value(value).unwrap_or(Value::Unknown));
             self.variables.push(bound);
         }
     }
