@@ -304,6 +304,8 @@ impl Walk<'_> {
         let constants = ["true", "false", "NULL"];
         if let Some(constant) = constants.iter().find(|c| c.eq_ignore_ascii_case(&name.text)) {
             problem = problem.help(format!("write `{constant}`"));
+        } else if name.text == "unknown" {
+            problem = problem.help("only what an agent believes can be so: `B.believes(A.attribute == unknown);`");
         } else if problem.help.is_none() {
             problem = problem.help(format!(
                 "declare the entity in `factdatabase`, `{} = new Agent;` with its type, or in the world file",

@@ -156,10 +156,10 @@ pub(super) fn belief_apart(name: &Name) -> Problem {
 pub(super) fn not_per_agent(what: &str, span: Span, declared: Option<Span>, name: Option<&str>) -> Problem {
     let label = "the same for all agents";
     let problem = Problem::error("hatp::not-per-agent", what, span, label);
-    let name = name.unwrap_or("isOn");
-    noted(problem, declared, "declared here").help(format!(
-        "declare the attribute so: `dynamic atom Table {name} per agent;`"
-    ))
+    let declaration = name.map_or("dynamic atom Table isOn per agent;".into(), |name| {
+        format!("... {name} per agent;")
+    });
+    noted(problem, declared, "declared here").help(format!("declare the attribute so: `{declaration}`"))
 }
 
 pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
