@@ -111,6 +111,7 @@ pages! {
     "hatp-never-set"
     "hatp-no-agent"
     "hatp-not-constant"
+    "hatp-not-per-agent"
     "hatp-not-projected"
     "hatp-not-supported"
     "hatp-null-spelling"
