@@ -125,7 +125,7 @@ pub(super) fn play(
             geometric,
             ..Around::new(domain, Some(&before))
         };
-        apply(around, &mut values, &operator.effects, &mut frame);
+        let written = apply_noting(around, &mut values, operator, &mut frame);
         if asks && action.geometry.is_some() {
             let Progress {
                 state,
@@ -135,6 +135,9 @@ pub(super) fn play(
             } = &mut progress;
             shared.read_start(state, asked, &mut values, verdict)?;
         }
+        let around = Around::new(domain, Some(&progress.asked));
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(around, &mut values, operator, args, &written);
     }
     Ok(())
 }
