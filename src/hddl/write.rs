@@ -21,7 +21,7 @@ use super::ast::{Action, Cost, Formula, Kinds, OBJECT, Pair, Scope, TaskRef, Ter
 use super::binding::{Bindings, Counts, bindings};
 use super::bodies::{Bodies, Body, bodies};
 use super::formulas::visit;
-use super::names::{MethodName, Namer, Names, TaskName, identifier};
+use super::names::{MethodName, Namer, Names, TaskName, plain};
 use tests::Tests;
 
 /// What is written everywhere: the names, and where attributes live.
@@ -120,7 +120,7 @@ impl<'p> Writer<'p> {
     }
 
     fn header(&mut self, problem: &str) {
-        let (domain, name) = (identifier(&self.pair.domain), identifier(&self.pair.problem));
+        let (domain, name) = (plain(&self.pair.domain), plain(&self.pair.problem));
         self.line(&format!(
             "// Imported from HDDL: domain {domain}, problem {name}. The task to plan: --task '{problem}()'"
         ));
@@ -191,7 +191,7 @@ impl<'p> Writer<'p> {
 
     /// Returns ` // name` where nobody would guess what HDDL calls it.
     fn called_otherwise(&self, hatp: &str, hddl: &str) -> String {
-        if hatp == identifier(hddl) {
+        if hatp == plain(hddl) {
             return String::new();
         }
         format!(" // {hddl}")
