@@ -126,6 +126,18 @@ pub(super) fn type_depth(span: Span) -> Problem {
     Problem::error("hddl::too-large", message, span, "")
 }
 
+/// A relation of three things or more takes one value for each choice of all but the last.
+pub(super) fn too_many_values(name: &str, limit: usize, span: Span) -> Problem {
+    let message = format!("`{name}` and the predicates before it are about more than {limit} choices of objects");
+    Problem::error("hddl::too-large", message, span, "").help("give it narrower types, or declare fewer objects")
+}
+
+/// `what` there is too much of.
+pub(super) fn too_large(what: &str, span: Span) -> Problem {
+    Problem::error("hddl::too-large", format!("{what} are too many"), span, "")
+        .help("leave out what the task does not need")
+}
+
 pub(super) fn order_cycle(span: Span) -> Problem {
     let message = "subtasks wait for each other in a circle";
     Problem::error("hddl::order-cycle", message, span, "").help("remove one of these orderings")
