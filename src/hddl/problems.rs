@@ -43,7 +43,7 @@ pub(super) fn expected(wanted: &str, span: Span) -> Problem {
 
 /// A part that must be there is not.
 pub(super) fn missing(what: &str, of: &str, span: Span) -> Problem {
-    Problem::error("hddl::syntax", format!("{of} has no {what}"), span, "").help(format!("add {what}"))
+    Problem::error("hddl::syntax", format!("{of} has no {what}"), span, "")
 }
 
 pub(super) fn glued(word: &str, span: Span) -> Problem {
