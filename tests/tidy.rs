@@ -39,7 +39,7 @@ const EDGES: &[(&str, &[Edge])] = &[
         &[
             ("source", ALL),
             ("diag", ALL),
-            ("syntax", &["keywords"]),
+            ("syntax", &["keywords", "layout"]),
             ("plan", &["Node", "Plan"]),
         ],
     ),
