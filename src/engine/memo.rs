@@ -118,7 +118,9 @@ impl Search<'_> {
             false => 0,
             true => self.context.reasoner.state_key()?,
         };
-        let print = self.print_of_all(node);
+        // Which actions are allowed depends on how many of the kept ones are done.
+        let n_kept = self.steps.len().min(self.kept.len());
+        let print = self.print_of_all(node).number(n_kept as u64);
         Some(print.number(world as u64).number((world >> 64) as u64).key())
     }
 

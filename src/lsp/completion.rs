@@ -14,7 +14,7 @@ use super::document::Document;
 use super::hover::doc;
 use super::index::{Kind, Symbol, Value};
 use super::keywords::meaning;
-use context::{Block, Context, context, path_value};
+use context::{Block, Context, context, path_before, path_value};
 
 /// Candidates that are sent. HEURISTIC: a domain has hundreds of names; a made-up one must not fill the line to the editor.
 const MAX_ITEMS: usize = 2_000;
@@ -214,12 +214,9 @@ impl<'a> Offer<'a> {
     fn attributes(&mut self, context: &Context<'_>) {
         let before = context.before.as_slice();
         let path = before.get(..before.len().saturating_sub(1)).unwrap_or(&[]);
-        let mut begin = path.len().saturating_sub(1);
-        while begin >= 2 && path.get(begin - 1) == Some(&".") {
-            begin -= 2;
-        }
+        let path = path_before(path);
+        let path = path.as_slice();
         let index = &self.analysis.index;
-        let path = path.get(begin..).unwrap_or(&[]);
         if path
             .first()
             .is_none_or(|root| root.starts_with(|c: char| c.is_ascii_digit()))

@@ -168,8 +168,25 @@ pub struct Attribute {
     pub name: Name,
     /// Of `have_image(Objective)`; none for most.
     pub params: Vec<AttributeParam>,
+    /// Place of `per agent`: each agent has a belief of its own.
+    pub per_agent: Option<Span>,
     pub fact: Option<Name>,
     pub span: Span,
+}
+
+impl Attribute {
+    /// Returns `(Location, Location To)`; nothing for an attribute without arguments.
+    pub fn params_as_written(&self) -> String {
+        let param = |p: &AttributeParam| match &p.name {
+            Some(name) => format!("{} {}", p.ty.text, name.text),
+            None => p.ty.text.clone(),
+        };
+        let params: Vec<String> = self.params.iter().map(param).collect();
+        match params.is_empty() {
+            true => String::new(),
+            false => format!("({})", params.join(", ")),
+        }
+    }
 }
 
 /// `Location`, `Location To`: an argument that an attribute asks for.
@@ -357,6 +374,8 @@ pub enum TestKind {
     },
     /// An expression alone.
     Holds(Expr),
+    /// `B.believes(O.isOn == T)`: a comparison or an expression alone, as the agent believes.
+    Believes(Path, Box<Test>),
 }
 
 /// Between the two sides of a test.
@@ -405,6 +424,8 @@ pub enum AssignOp {
 /// `A.hasInHand = NULL;`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
+    /// Whose belief it is: `B` of `B.believes(O.isOn = T);`.
+    pub believer: Option<Path>,
     pub target: Path,
     pub op: AssignOp,
     pub op_span: Span,

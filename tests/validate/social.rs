@@ -72,16 +72,28 @@ pub fn costs() -> Vec<Damage> {
                 p.cost -= 2.0;
             }),
         ),
-        damaged("an event left out", "cost-part", &["amount", "`painted_twice` is 1"], |p| {
-            p.cost_parts[1].amount = 0.0;
-        }),
-        damaged("another weight", "cost-part", &["weight", "`painted_twice` is 2"], |p| {
-            p.cost_parts[1].weight = 1.0;
-        }),
+        damaged(
+            "an event left out",
+            "cost-part",
+            &["amount", "`painted_twice` is 1"],
+            |p| {
+                p.cost_parts[1].amount = 0.0;
+            },
+        ),
+        damaged(
+            "another weight",
+            "cost-part",
+            &["weight", "`painted_twice` is 2"],
+            |p| {
+                p.cost_parts[1].weight = 1.0;
+            },
+        ),
         damaged("a cheaper part", "cost-part", &["cost", "`painted_twice` is 2"], |p| {
             p.cost_parts[1].cost = 0.0;
         }),
-        damaged("a cheaper sum", "cost-part", &["`sum`"], |p| p.cost_parts[0].amount -= 1.0),
+        damaged("a cheaper sum", "cost-part", &["`sum`"], |p| {
+            p.cost_parts[0].amount -= 1.0
+        }),
         damaged("a cheaper whole", "cost-whole", &[], |p| p.cost -= 2.0),
         damaged("no time to count", "sequence-undecided", &["painted_twice"], |_| {}).settings(|s| s.max_tries = 3),
     ]

@@ -106,7 +106,16 @@ impl Index {
         let many = if attribute.is_set { "set" } else { "atom" };
         let fact = attribute.fact.as_ref();
         let fact = fact.map_or_else(String::new, |f| format!(" = fact {}", f.text));
-        let head = format!("{how} {many} {} {}{fact}", attribute.base.text, attribute.name.text);
+        let params = attribute.params_as_written();
+        let agents = if attribute.per_agent.is_some() {
+            " per agent"
+        } else {
+            ""
+        };
+        let head = format!(
+            "{how} {many} {} {}{params}{agents}{fact}",
+            attribute.base.text, attribute.name.text
+        );
         let id = self.declared(Kind::Attribute, &attribute.name, attribute.span, head);
         self.symbols[id.0].value = self.value_of(&attribute.base.text, attribute.is_set);
         self.symbols[id.0].owner = Some(owner);
