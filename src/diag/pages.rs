@@ -100,6 +100,8 @@ pages! {
     "hatp-assign-in-test"
     "hatp-bad-allow"
     "hatp-bad-duration"
+    "hatp-bad-sequence"
+    "hatp-bad-weight"
     "hatp-compare-in-effect"
     "hatp-contradicts-goal"
     "hatp-duplicate-name"
