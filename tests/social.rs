@@ -17,6 +17,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use sgap::engine::{Aim, Budget, Cuts, Ending, Settings};
+use sgap::plan::CostPart;
 
 use domains::Kind;
 use reasoner::Scripted;
@@ -192,4 +193,40 @@ fn rules_matter() {
     });
     let silent: Vec<String> = names.filter(|name| !counted.contains_key(name)).collect();
     assert!(silent.is_empty() && changed > 10, "{silent:?} {changed} {counted:?}");
+}
+
+const TABLE: &str = include_str!("suite/plan/language/social.hatp");
+
+/// Every number of every part is counted again by whoever validates.
+#[test]
+fn no_number_of_a_part_can_be_changed() {
+    let rules = "settings { cost = sum + makespan; }
+        social {
+          undesirable state glass_first weight 1 { GLASS.isOn == TABLE; PLATE.isOn != TABLE; }
+          undesirable sequence turns(Agent A, Agent B) weight 1 { Take(A, _, _); Take(B, _, _) immediate; }
+          undesirable sequence later weight 1 { Take(_, PLATE, _); Put(_, SPOON, _); }
+          effort balance weight 0.3;
+          effort balance long of duration weight 0.2;
+          wasted time weight 0.1;
+          intricate links weight 1;
+        }";
+    let settings = Settings {
+        aim: Aim::Best,
+        ..FIRST
+    };
+    let text = format!("{TABLE}{rules}");
+    let run = run::run(&text, "SetTable(TABLE)", Scripted::new("", &[]), &settings);
+    let right = run.document();
+    second_opinion(&run, &right).unwrap();
+    assert_eq!(right.cost_parts.len(), 9);
+    for part in 0..right.cost_parts.len() {
+        let changes: [fn(&mut CostPart); 3] = [|p| p.amount += 1.0, |p| p.weight += 1.0, |p| p.cost += 1.0];
+        for change in changes {
+            let mut plan = right.clone();
+            change(&mut plan.cost_parts[part]);
+            let fault = second_opinion(&run, &plan).unwrap_err();
+            assert_eq!(fault.code(), "cost-part");
+            assert!(fault.to_string().contains(&right.cost_parts[part].name), "{fault}");
+        }
+    }
 }

@@ -162,7 +162,8 @@ pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Fai
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept.
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept. `observer` hears of all
+/// that the search does.
 fn search_all(
     ready: &Ready,
     options: &SearchOptions,

@@ -48,7 +48,11 @@ impl Search<'_> {
             self.tell_projecting(node, &call);
         }
         if let Some(next) = self.kept.get(self.steps.len()) {
-            return match self.context.reasoner.adopt(domain, &call, next.geometry.as_ref()) {
+            return match self
+                .context
+                .reasoner
+                .adopt(domain, &call, next.written.geometry.as_ref())
+            {
                 Ok(solution) => self.apply_action(node, Some((point, solution))),
                 Err(refusal) => self.refuse_geometry(node, refusal),
             };

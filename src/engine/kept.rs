@@ -10,15 +10,15 @@ use super::outcome::{NONE, Node};
 use super::refusals::Kind;
 use super::search::{Flow, Search};
 use crate::ir::{ActionId, TaskId, Value};
-use crate::plan::{Geometry, Refusal};
+use crate::plan::{Action, Refusal};
 
 /// An action of an earlier plan that a plan has to begin with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kept {
     pub action: ActionId,
     pub args: Vec<Value>,
-    /// Its choices and motions, for the reasoner.
-    pub geometry: Option<Geometry>,
+    /// As the earlier plan has it: its motions are for the reasoner.
+    pub written: Action,
 }
 
 impl Search<'_> {

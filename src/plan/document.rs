@@ -147,16 +147,10 @@ impl From<crate::geom::Pose> for PoseDocument {
 }
 
 impl PoseDocument {
-    /// Returns the pose; the quaternion is normalised unless it is of length 1 but for rounding, so that a pose which was
-    /// written comes back to the last bit.
+    /// Returns the pose; the quaternion is normalised.
     pub fn pose(&self) -> crate::geom::Pose {
         let [x, y, z, w] = self.quaternion;
-        let q = nalgebra::Quaternion::new(w, x, y, z);
-        let is_unit = (q.norm_squared() - 1.0).abs() < 1e-12;
-        let r = match is_unit {
-            true => nalgebra::UnitQuaternion::new_unchecked(q),
-            false => nalgebra::UnitQuaternion::from_quaternion(q),
-        };
+        let r = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
         let [px, py, pz] = self.position;
         crate::geom::Pose::from_parts(nalgebra::Translation3::new(px, py, pz), r)
     }

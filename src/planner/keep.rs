@@ -2,7 +2,7 @@
 
 use crate::engine::Kept;
 use crate::ir::{Domain, Goal, TaskId};
-use crate::plan::Plan;
+use crate::plan::{Action, Plan};
 use crate::validate::{self, Fault};
 use crate::world::World;
 
@@ -26,10 +26,33 @@ pub fn keep(plan: &Plan, n: usize, domain: &Domain, world: Option<&World>) -> Re
             TaskId::Action(action) => Some(Kept {
                 action,
                 args,
-                geometry: written.geometry.clone(),
+                written: written.clone(),
             }),
             // INVARIANT: the validator takes actions for actions only.
             TaskId::Method(_) => None,
         });
     Ok(kept.collect())
+}
+
+/// Numbers that differ by less are the same but for the rounding of a document.
+const ROUNDING: f64 = 1e-7;
+
+/// Writes the kept actions of a new plan as the earlier one has them, where they differ by nothing but the rounding of that
+/// document's numbers: sums of what was rounded are not the rounded sums.
+pub(super) fn as_written(plan: &mut Plan, kept: &[Kept]) {
+    for (action, Kept { written, .. }) in plan.actions.iter_mut().zip(kept) {
+        let numbers = |a: &Action| [a.cost, a.duration[0], a.duration[1], a.start, a.end];
+        let mut pairs = numbers(action).into_iter().zip(numbers(written));
+        if !pairs.all(|(a, b)| (a - b).abs() <= ROUNDING) {
+            continue;
+        }
+        let Action {
+            cost,
+            duration,
+            start,
+            end,
+            ..
+        } = *written;
+        (action.cost, action.duration, action.start, action.end) = (cost, duration, start, end);
+    }
 }

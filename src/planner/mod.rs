@@ -83,7 +83,11 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         sources,
     };
     let Some(Input {
-        domain, world, goal, ..
+        domain,
+        world,
+        goal,
+        names,
+        ..
     }) = input
     else {
         return Err(rejected(problems, sources));
@@ -92,7 +96,8 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         problems.push(no_task(paths));
         return Err(rejected(problems, sources));
     };
-    let world = paths.world.map(|_| &world);
+    // The second file of an HDDL pair is no world.
+    let world = paths.world.filter(|_| names.is_none()).map(|_| &world);
     search(&domain, world, &goal, options).map_err(|problem| {
         problems.push(problem);
         rejected(problems, sources)
@@ -138,7 +143,11 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
     };
     let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
-    let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
+    let document = |found| {
+        let mut plan = engine::document(found, domain, goal, options.seed, &geometry);
+        keep::as_written(&mut plan, options.kept);
+        plan
+    };
     Ok(Answer {
         plans: outcome.found.iter().chain(&outcome.others).map(document).collect(),
         ending: outcome.ending,

@@ -169,7 +169,11 @@ fn stuck(why: &WhyNot, out: &mut String) {
     if let Some(text) = &why.stuck
         && why.reasons().len() > 1
     {
-        let what = if why.deepest.is_empty() { "the first failure" } else { "and failed at" };
+        let what = if why.deepest.is_empty() {
+            "the first failure"
+        } else {
+            "and failed at"
+        };
         let _ = writeln!(out, "{what}\n  {text}");
     }
 }

@@ -52,6 +52,8 @@ pub struct Settings {
     pub max_configurations: u64,
     /// Choices of a decomposition's variables tried for one task.
     pub max_bindings: usize,
+    /// Actions tried to count one undesirable sequence.
+    pub max_tries: u64,
     /// Restarts of the inverse kinematics before a claimed reachability counts as unconfirmed.
     pub reach_restarts: usize,
     /// Restarts spent on contradicting a denied reachability, and the share of them that must succeed.
@@ -72,6 +74,7 @@ impl Settings {
         time_tolerance: 1e-6,
         max_configurations: 2_000_000,
         max_bindings: 100_000,
+        max_tries: 20_000_000,
         reach_restarts: 1000,
         contradiction_restarts: 24,
         contradiction_share: 0.25,

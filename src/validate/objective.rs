@@ -12,9 +12,6 @@ use super::{
 use crate::ir::{Base, Domain, Effort, EntityId, Goal, Param, Pattern, PatternArg, RuleKind, TaskId, TypeId, Value};
 use crate::plan::{CostPart, Plan};
 
-/// Actions tried for the patterns of one sequence rule before it counts as undecided.
-const MAX_TRIES: u64 = 20_000_000;
-
 /// Checks the plan's cost and its parts; `states` are those before each action, and the last one.
 pub(super) fn check(
     plan: &Plan,
@@ -53,6 +50,7 @@ pub(super) fn check(
         let counter = Counter {
             plan,
             domain,
+            settings,
             actions,
             states,
             agents: plan.actions.iter().map(|a| agents_of(domain, &a.agents)).collect(),
@@ -108,6 +106,7 @@ fn agents_of(domain: &Domain, names: &[String]) -> Vec<EntityId> {
 struct Counter<'a> {
     plan: &'a Plan,
     domain: &'a Domain,
+    settings: &'a Settings,
     actions: &'a [Goal],
     states: &'a [Vec<Value>],
     /// Of each action.
@@ -156,7 +155,7 @@ impl Counter<'_> {
 
     /// Counts the actions that end a sequence.
     fn sequences(&self, name: &str, vars: &[Param], patterns: &[Pattern]) -> Checked<f64> {
-        let mut tries = MAX_TRIES;
+        let mut tries = self.settings.max_tries;
         let mut n = 0_u64;
         for end in 0..self.actions.len() {
             let unbound = vec![None; vars.len()];
@@ -166,7 +165,7 @@ impl Counter<'_> {
                 None => {
                     return Err(Kind::SequenceUndecided {
                         rule: name.to_owned(),
-                        budget: MAX_TRIES,
+                        budget: self.settings.max_tries,
                     }
                     .into());
                 }

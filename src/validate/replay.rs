@@ -68,7 +68,7 @@ pub(super) fn run<'a>(
     actions: &[ir::Goal],
     verdict: &mut Verdict,
 ) -> Checked<Replay<'a>> {
-    let (context, values, mut progress) = begin(domain, world, bodies, settings, verdict)?;
+    let (context, values, mut progress) = begin(domain, world, bodies, settings, true, verdict)?;
     let mut replay = Replay {
         states: vec![values],
         worlds: vec![progress.asked.clone()],
@@ -100,9 +100,15 @@ pub(super) fn play(
     actions: &[ir::Goal],
 ) -> Checked<()> {
     let mut verdict = Verdict::default();
-    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, &mut verdict)?;
-    for (index, (action, goal)) in kept.iter().zip(actions).enumerate() {
-        let operator = operator(domain, goal, action)?;
+    let operators = kept
+        .iter()
+        .zip(actions)
+        .map(|(action, goal)| operator(domain, goal, action));
+    let operators = operators.collect::<Checked<Vec<_>>>()?;
+    // Facts are costly, and most actions read none where it matters here.
+    let asks = operators.iter().any(|o| reads_facts(domain, o));
+    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, asks, &mut verdict)?;
+    for (index, ((action, goal), operator)) in kept.iter().zip(actions).zip(operators).enumerate() {
         let mut frame = goal.args.clone();
         frame.resize(operator.n_vars.max(frame.len()), Value::Null);
         let before = progress.asked.clone();
@@ -119,7 +125,7 @@ pub(super) fn play(
             ..Around::new(domain, Some(&before))
         };
         apply(around, &mut values, &operator.effects, &mut frame);
-        if action.geometry.is_some() {
+        if asks && action.geometry.is_some() {
             let Progress {
                 state,
                 asked,
@@ -132,12 +138,22 @@ pub(super) fn play(
     Ok(())
 }
 
-/// Returns what stays the same, the symbolic state at the start, and what changes.
+/// Says whether the arguments of an action's projection, its constraints or its effects read a shared attribute.
+fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
+    let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
+    let args = operator.projects.iter().flat_map(|p| &p.args);
+    args.clone().any(|a| a.any(&mut is_shared))
+        || operator.constraints.any(&mut is_shared)
+        || operator.effects.iter().any(|e| e.any(&mut is_shared))
+}
+
+/// Returns what stays the same, the symbolic state at the start, with its facts or without, and what changes.
 fn begin<'a, 'v>(
     domain: &'a Domain,
     world: &'a World,
     bodies: &'a Bodies<'a>,
     settings: &'a Settings,
+    asks: bool,
     verdict: &'v mut Verdict,
 ) -> Checked<(Context<'a>, Vec<Value>, Progress<'a, 'v>)> {
     let context = Context {
@@ -153,7 +169,9 @@ fn begin<'a, 'v>(
     let asked = Rc::new(Asked::new(bodies, state.clone(), settings));
     let mut shared = Shared::new(domain, bodies, settings)?;
     let mut values = domain.initial.clone();
-    shared.read_start(&state, &asked, &mut values, verdict)?;
+    if asks {
+        shared.read_start(&state, &asked, &mut values, verdict)?;
+    }
     let progress = Progress {
         state,
         asked,

@@ -274,8 +274,8 @@ pub fn plan(recipe: &Recipe) -> Plan {
         task: "Serve(GANTRY, HUMAN)".into(),
         seed: 0,
         cost: 0.0,
+        cost_parts: Vec::new(),
         makespan: 0.0,
-        cost_parts: vec![],
         interleaved: false,
         actions: vec![
             action(
