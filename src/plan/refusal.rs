@@ -296,7 +296,6 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
-            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
             Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
