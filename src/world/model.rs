@@ -66,13 +66,13 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
     let robot = root
         .needed_text("urdf", "urdf = \"robot.urdf\"", &mut problems)
         .and_then(|name| read_urdf(path, name, &wanted, sources, files, &mut problems));
-    if let (Some(robot), InParts::Of(names)) = (&robot, &wanted.in_parts) {
+    if let (Some((_, robot)), InParts::Of(names)) = (&robot, &wanted.in_parts) {
         for name in names {
             find_link(&robot.tree, *name, "`parts` of `[meshes]`", &mut problems);
         }
     }
-    let model = robot.map(|robot| {
-        let srdf = read_srdf(&root, path, &robot.tree, sources, files, &mut problems);
+    let model = robot.map(|(urdf, robot)| {
+        let srdf = read_srdf(&root, path, &urdf, &wanted.packages, &robot.tree, sources, files, &mut problems);
         fill(&root, robot, &srdf, file, &mut problems)
     });
     (model.filter(|_| !problems.has_errors()), problems)
@@ -82,30 +82,26 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
 fn read_srdf(
     root: &Table<'_>,
     path: &str,
+    urdf: &str,
+    packages: &[String],
     tree: &Tree,
     sources: &mut Sources,
     files: &dyn Files,
     problems: &mut Problems,
 ) -> Srdf {
     if let Some(name) = root.text("srdf", problems) {
-        let path = beside(path, name.text);
-        return match files.read(&path) {
-            Ok(text) => {
+        return match find("SRDF", path, name, packages, files) {
+            Ok((path, text)) => {
                 let file = sources.add(path, text.clone());
                 srdf::read(&text, file, tree, problems)
             }
-            Err(reason) => {
-                let message = format!("can't read the SRDF `{path}`: {reason}");
-                let problem = Problem::error("world::unreadable-file", message, name.span, "");
-                problems.push(problem.help("the path is relative to this file's folder"));
+            Err(problem) => {
+                problems.push(*problem);
                 Srdf::default()
             }
         };
     }
-    let Some(urdf) = root.text("urdf", &mut Problems::default()) else {
-        return Srdf::default();
-    };
-    srdf::read_first(&srdf::beside(&beside(path, urdf.text)), tree, sources, files, problems)
+    srdf::read_first(&srdf::beside(urdf), tree, sources, files, problems)
 }
 
 /// What `packages` and `[meshes]` say.
@@ -155,6 +151,7 @@ fn meshes<'a>(root: &Table<'a>, path: &str, problems: &mut Problems) -> MeshesWa
     wanted
 }
 
+/// Returns the robot, and the path at which its URDF was found.
 fn read_urdf(
     model_path: &str,
     name: Name<'_>,
@@ -162,12 +159,11 @@ fn read_urdf(
     sources: &mut Sources,
     files: &dyn Files,
     problems: &mut Problems,
-) -> Option<urdf::Robot> {
-    let path = beside(model_path, name.text);
-    match files.read(&path) {
-        Ok(text) => {
-            let file = sources.add(path.clone(), text.clone());
+) -> Option<(String, urdf::Robot)> {
+    match find("URDF", model_path, name, &wanted.packages, files) {
+        Ok((path, text)) => {
             let mut meshes = Meshes::new(files, wanted.packages.clone(), wanted.is_cached);
+            let file = sources.add(path.clone(), text.clone());
             let in_parts = |link: &str| match &wanted.in_parts {
                 InParts::None => false,
                 InParts::All => true,
@@ -180,21 +176,45 @@ fn read_urdf(
             };
             let (robot, found) = urdf::read(&text, file, &mut solids);
             problems.extend(found);
-            robot
+            robot.map(|robot| (path, robot))
         }
-        Err(reason) => {
-            problems.push(
-                Problem::error(
-                    "world::unreadable-file",
-                    format!("can't read the URDF `{path}`: {reason}"),
-                    name.span,
-                    "",
-                )
-                .help("the path is relative to this file's folder"),
-            );
+        Err(problem) => {
+            problems.push(*problem);
             None
         }
     }
+}
+
+/// Returns the path and the text of the file that the model file names: a path, or `package://`.
+fn find(
+    what: &str,
+    model_path: &str,
+    name: Name<'_>,
+    packages: &[String],
+    files: &dyn Files,
+) -> Result<(String, String), Box<Problem>> {
+    let mut tried = Vec::new();
+    for path in Meshes::new(files, packages.to_vec(), false).paths(model_path, name.text) {
+        match files.read(&path) {
+            Ok(text) => return Ok((path, text)),
+            Err(why) => tried.push(format!("`{path}`: {why}")),
+        }
+    }
+    let (message, help) = if name.text.starts_with("package:") {
+        let tried = tried.join("; ");
+        (
+            format!("there is no {what} `{}`", name.text),
+            format!("name the folder that holds the package in `packages`, or in ROS_PACKAGE_PATH; tried {tried}"),
+        )
+    } else {
+        (
+            format!("can't read the {what} {}", tried.join("; ")),
+            "the path is relative to this file's folder".to_string(),
+        )
+    };
+    Err(Box::new(
+        Problem::error("world::unreadable-file", message, name.span, "").help(help),
+    ))
 }
 
 /// Returns `path` relative to the folder of `file`; an absolute path stays.

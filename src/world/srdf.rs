@@ -65,7 +65,13 @@ pub fn read(text: &str, file: FileId, tree: &Tree, problems: &mut Problems) -> S
             return Srdf::default();
         }
     };
-    let mut reader = Reader { file, tree, problems };
+    let virtual_joints = document.descendants().filter(|n| n.has_tag_name("virtual_joint"));
+    let mut reader = Reader {
+        file,
+        tree,
+        problems,
+        virtual_joints: virtual_joints.filter_map(|n| n.attribute("name")).collect(),
+    };
     let mut srdf = Srdf::default();
     for node in document.root_element().children().filter(Node::is_element) {
         match node.tag_name().name() {
@@ -82,6 +88,8 @@ struct Reader<'a> {
     file: FileId,
     tree: &'a Tree,
     problems: &'a mut Problems,
+    /// Of the robot's base in the world: the world file says where that is.
+    virtual_joints: Vec<&'a str>,
 }
 
 impl Reader<'_> {
@@ -135,6 +143,7 @@ impl Reader<'_> {
             };
             match self.tree.joints.iter().position(|j| j.name == name) {
                 Some(j) => joints.push(j),
+                None if self.virtual_joints.contains(&name) => {}
                 None => self.unknown("joint", name, span, self.tree.joints.iter().map(|j| j.name.as_str())),
             }
         }
@@ -172,7 +181,7 @@ impl Reader<'_> {
             }
             let dof = self.tree.dofs.iter().position(|d| d.name == joint);
             let Some(dof) = dof else {
-                if !self.tree.joints.iter().any(|j| j.name == joint) {
+                if !self.virtual_joints.contains(&joint) && !self.tree.joints.iter().any(|j| j.name == joint) {
                     self.unknown("joint", joint, joint_span, self.tree.dofs.iter().map(|d| d.name.as_str()));
                 }
                 continue;
