@@ -271,6 +271,7 @@ impl Refusal {
             Refusal::TooDeep { .. } => "too-deep",
             Refusal::Cycle { .. } => "cycle",
             Refusal::NotKept { .. } => "not-kept",
+            Refusal::NotKept { .. } => "not-kept",
         }
     }
 
