@@ -271,7 +271,6 @@ impl Refusal {
             Refusal::TooDeep { .. } => "too-deep",
             Refusal::Cycle { .. } => "cycle",
             Refusal::NotKept { .. } => "not-kept",
-            Refusal::NotKept { .. } => "not-kept",
         }
     }
 
@@ -305,6 +304,7 @@ impl Refusal {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
+            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
         }
     }
 }
