@@ -143,6 +143,7 @@ pages! {
     "hatp-wrong-fact"
     "hatp-wrong-type"
     "output-unwritable"
+    "plan-too-short"
     "plan-unreadable"
     "urdf-bad-axis"
     "urdf-bad-limit"

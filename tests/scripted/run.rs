@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use sgap::check::{self, Given};
 use sgap::diag::render::render;
-use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Outcome, Settings};
+use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Kept, Outcome, Settings};
 use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
@@ -71,11 +71,17 @@ pub fn run(text: &str, task: &str, reasoner: Scripted, settings: &Settings) -> R
 }
 
 /// Plans a goal of a compiled domain.
-pub fn solve(domain: Domain, goal: Goal, mut reasoner: Scripted, settings: &Settings) -> Run {
+pub fn solve(domain: Domain, goal: Goal, reasoner: Scripted, settings: &Settings) -> Run {
+    repair(domain, goal, &[], reasoner, settings)
+}
+
+/// Plans a goal with what is kept first.
+pub fn repair(domain: Domain, goal: Goal, kept: &[Kept], mut reasoner: Scripted, settings: &Settings) -> Run {
     let mut announced = Vec::new();
-    let outcome = engine::solve(
+    let outcome = engine::repair(
         &domain,
         &goal,
+        kept,
         &mut reasoner,
         settings,
         &AtomicBool::new(false),
