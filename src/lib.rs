@@ -15,6 +15,7 @@ pub mod doc;
 pub mod engine;
 pub mod geom;
 pub mod grp;
+pub mod hddl;
 pub mod ir;
 pub mod load;
 pub mod lsp;
@@ -23,6 +24,7 @@ pub mod planner;
 pub mod report;
 pub mod source;
 pub mod syntax;
+pub mod trace;
 pub mod validate;
 pub mod world;
 

@@ -1,11 +1,14 @@
 //! Joins the two halves of the input: a domain with all its files, and the world that it is planned in.
 
 mod domain;
+mod pair;
 
 pub use domain::{DomainFiles, read as domain_files};
+pub use pair::{import_pair, is_hddl};
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
+use crate::hddl::Names;
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
 use crate::syntax::{ast::Unread, parse_network};
@@ -17,7 +20,7 @@ pub struct Paths<'a> {
     pub domain: &'a str,
     /// Further files of the domain: functions that it leaves outside.
     pub with: &'a [&'a str],
-    /// `None` plans on the symbols alone.
+    /// `None` plans on the symbols alone. Of a pair of HDDL files, the problem.
     pub world: Option<&'a str>,
     /// Overrides the world file's task.
     pub task: Option<&'a str>,
@@ -33,6 +36,8 @@ pub struct Input {
     pub goal: Option<Goal>,
     /// Whether there is no world, and the domain asks geometry all the same: what it asks is taken as granted.
     pub is_granted: bool,
+    /// Of a pair of HDDL files: what they call what.
+    pub names: Option<Names>,
 }
 
 /// Loads a domain and a world; `task` overrides the world file's. All problems of both come at once; `None` with any error.
@@ -67,6 +72,9 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
 
 /// As [`load_paths`], for a reasoner that answers without a world file: the domain keeps its geometry in any case.
 pub fn load_to_ask(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    if let Some(loaded) = pair::load(paths, sources, files) {
+        return loaded;
+    }
     if let Some(problem) = confused(paths) {
         return (None, Problems(vec![problem]));
     }
@@ -114,6 +122,7 @@ pub fn load_to_ask(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) 
         world,
         goal,
         is_granted,
+        names: None,
     };
     (Some(input), problems)
 }
@@ -135,6 +144,9 @@ fn confused(paths: &Paths<'_>) -> Option<Problem> {
 
 /// Reads and checks a domain alone, with its geometry; `paths` has no world and no task.
 pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
+    if let Some((input, problems)) = pair::load(paths, sources, files) {
+        return (input.map(|i| i.domain), problems);
+    }
     let (read, mut problems) = domain::read(paths.domain, paths.with, sources, files);
     let Some(read) = read else { return (None, problems) };
     if !read.unread.is_empty() {

@@ -145,6 +145,23 @@ pub(super) fn wrong_attribute_arguments(step: &PathStep, wanted: &[String], decl
     .help(help)
 }
 
+/// `B.believes(...)` as a part of something.
+pub(super) fn belief_apart(name: &Name) -> Problem {
+    let message = "a belief is a test or an effect, and stands alone";
+    Problem::error("hatp::not-per-agent", message, name.span, "this is a part of something")
+        .help("write `B.believes(A.attribute == value);`")
+}
+
+/// `what` is what has no view of its own.
+pub(super) fn not_per_agent(what: &str, span: Span, declared: Option<Span>, name: Option<&str>) -> Problem {
+    let label = "the same for all agents";
+    let problem = Problem::error("hatp::not-per-agent", what, span, label);
+    let declaration = name.map_or("dynamic atom Table isOn per agent;".into(), |name| {
+        format!("... {name} per agent;")
+    });
+    noted(problem, declared, "declared here").help(format!("declare the attribute so: `{declaration}`"))
+}
+
 pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
     let message = format!("`{owner}.{}` is static and can't change", name.text);
     Problem::error("hatp::static-assigned", message, name.span, "set here")
@@ -183,6 +200,48 @@ pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
     let message = format!("the cost is {value}, and must be 0 or more");
     Problem::error("hatp::negative-cost", message, span, "")
         .help("the search cuts off what costs more than the best plan")
+}
+
+/// `weight` is `None` where it is no constant number.
+pub(super) fn bad_weight(weight: Option<f64>, span: Span) -> Problem {
+    let message = match weight {
+        Some(weight) => format!("the weight is {weight}, and must be 0 or more"),
+        None => "a weight must be a constant number".to_owned(),
+    };
+    Problem::error("hatp::bad-weight", message, span, "")
+        .help("what a rule counts makes a plan worse: write `weight 2`, or `0.5 * makespan`")
+}
+
+pub(super) fn part_of_cost(name: &str, span: Span) -> Problem {
+    let message = format!("social rule `{name}` has the name of a part of every plan's cost");
+    Problem::error("hatp::duplicate-name", message, span, "declared again").help("give it another name")
+}
+
+pub(super) fn empty_sequence(span: Span) -> Problem {
+    let message = "an undesirable sequence without an action";
+    Problem::error("hatp::bad-sequence", message, span, "no action of it is named")
+        .help("write the actions in their order: `Put(A, O, T); Pick(A, O) immediate;`")
+}
+
+pub(super) fn immediate_first(span: Span) -> Problem {
+    let message = "the first action of a sequence comes after no other";
+    Problem::error("hatp::bad-sequence", message, span, "`immediate` after what?").help("remove `immediate`")
+}
+
+pub(super) fn not_an_action(name: &Name, declared: Span) -> Problem {
+    let message = format!("`{}` is a method, and a sequence is one of actions", name.text);
+    noted(
+        Problem::error("hatp::bad-sequence", message, name.span, "no action"),
+        Some(declared),
+        "declared here",
+    )
+    .help("name the actions that it leads to")
+}
+
+pub(super) fn too_many_choices(found: usize, limit: usize, span: Span) -> Problem {
+    let message = format!("the parameters of this rule have {found} choices, more than {limit}");
+    Problem::error("hatp::too-large", message, span, "tested in every state")
+        .help("use fewer parameters, or `EXIST` for some of them")
 }
 
 pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {

@@ -5,24 +5,28 @@ mod doc;
 mod explain;
 mod facts;
 mod fmt;
+mod import;
 mod lsp;
 mod output;
 mod plan;
 mod problems;
 mod progress;
 mod repair;
+mod trace;
 mod validate;
 mod view;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use output::{Failure, say};
-use problems::{ProblemOptions, To};
+use problems::{Form, ProblemOptions, To};
 use sgap::diag::levels::Levels;
 use sgap::diag::{Problem, Problems};
+use sgap::hddl::Names;
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
 use sgap::plan::Plan;
@@ -71,6 +75,7 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
   sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
+  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc
   sgap plan domains/clear_table.hatp --task 'Wipe(PR2, TABLE); ClearTable(TABLE) > 1'
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 7")]
     Plan(plan::Options),
@@ -79,6 +84,12 @@ enum Command {
   sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json
   sgap validate domains/clear_table.hatp plan.json --task 'ClearTable(TABLE)'")]
     Validate(validate::Options),
+    /// Say what a search did: a tree of its tasks with counts, and what ended its branches
+    #[command(after_help = "Examples:
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --trace search.jsonl
+  sgap trace search.jsonl
+  sgap trace search.jsonl --task 'ClearTable' --failures")]
+    Trace(trace::Options),
     /// Look for mistakes in a domain, alone or together with a world
     #[command(after_help = "Examples:
   sgap check domains/three_objects.hatp
@@ -104,6 +115,13 @@ enum Command {
   sgap fmt --check domains/three_objects.hatp domains/ramification.hatp
   sgap fmt - < domains/three_objects.hatp")]
     Fmt(fmt::Options),
+    /// Tell a domain and a problem of HDDL in HATP
+    ///
+    /// `sgap plan` takes the pair as well, without this step.
+    #[command(after_help = "Examples:
+  sgap import tests/hddl/transport.hddl tests/hddl/transport_1.hddl -o transport.hatp
+  sgap plan transport.hatp --task 'Problem()'")]
+    Import(import::Options),
     /// Print every geometric fact of a world's start state
     #[command(after_help = "Examples:
   sgap facts worlds/three_objects.toml
@@ -129,9 +147,9 @@ enum Command {
 /// A domain, and a world if geometry is to be asked.
 #[derive(Debug, Args)]
 struct Inputs {
-    /// Domain file (.hatp, .dom)
+    /// Domain file (.hatp, .dom, .hddl)
     domain: PathBuf,
-    /// World file (.toml); without one the symbols alone are planned
+    /// World file (.toml); without one the symbols alone are planned. Behind a domain in HDDL, its problem (.hddl)
     world: Option<PathBuf>,
     /// Another file of the domain, such as the functions that it leaves outside; may be given several times
     #[arg(long, value_name = "FILE")]
@@ -205,8 +223,9 @@ impl Inputs {
         Ok(Ready {
             domain: input.domain,
             world: input.world,
-            has_world: self.world.is_some(),
+            has_world: self.world.is_some() && input.names.is_none(),
             goal,
+            names: input.names,
         })
     }
 }
@@ -234,6 +253,8 @@ struct Ready {
     world: World,
     has_world: bool,
     goal: ir::Goal,
+    /// Of a pair of HDDL files.
+    names: Option<Names>,
 }
 
 /// Prints the problems; ends with exit code 1 if there is no value.
@@ -262,14 +283,24 @@ fn no_geometry(why: impl std::fmt::Display) -> Failure {
 
 /// Runs the program and returns its exit code.
 pub(crate) fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = Cli::command().get_matches();
+    if let Some((name, options)) = matches.subcommand()
+        && name != "plan"
+        && matches!(options.try_get_one("format"), Ok(Some(Form::Ipc)))
+    {
+        let message = "only `sgap plan` of a pair of HDDL files has a plan to write with `--format ipc`\n";
+        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
+    }
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     let result = match &cli.command {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
+        Command::Trace(options) => trace::run(options),
         Command::Check(options) => check::run(options),
         Command::Explain(options) => explain::run(options),
         Command::Doc(options) => doc::run(options),
         Command::Fmt(options) => fmt::run(options),
+        Command::Import(options) => import::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
         Command::Lsp(options) => lsp::run(options),

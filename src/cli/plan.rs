@@ -8,11 +8,14 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
+use super::problems::Form;
 use super::progress::Progress;
 use super::repair::RepairOptions;
+use super::trace;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending, Kept};
+use sgap::engine::{self, Aim, Cuts, Ending, Kept, Observer};
 use sgap::grp;
+use sgap::hddl;
 use sgap::plan::Plan;
 use sgap::planner::{self, Answer, News};
 use sgap::report::{json, text};
@@ -32,6 +35,12 @@ pub(super) struct Options {
     /// Write to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write all that the search does to this file, as JSON lines; `sgap trace FILE` reads it
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Write times into the trace, too: then no two runs write the same bytes
+    #[arg(long, requires = "trace")]
+    trace_times: bool,
 }
 
 /// The search's settings, for every command that plans.
@@ -107,14 +116,40 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
+    let as_ipc = options.inputs.problems.format == Form::Ipc;
+    if as_ipc && (options.json || ready.names.is_none()) {
+        say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
+        return Err(Failure::Code(code::WRONG_USAGE));
+    }
     let kept = options.repair.kept(&ready)?;
-    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)))?;
+    let mut sink = match &options.trace {
+        Some(path) => {
+            let task = ready.domain.show_task(ready.goal.task, &ready.goal.args);
+            let seed = options.search.seed;
+            Some(trace::open(path, &options.inputs, task, seed, options.trace_times)?)
+        }
+        None => None,
+    };
+    let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
+    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)), observer);
+    let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
+    let plans = match plans {
+        Ok(plans) => plans,
+        Err(failure) => return is_traced.and(Err(failure)),
+    };
+    if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
+        let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
+        let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
+        deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"))?;
+        return is_traced;
+    }
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
         (true, ..) => json::write_all(&plans).map_err(no_json)?,
         (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
     };
-    deliver(options.output.as_deref(), &text)
+    deliver(options.output.as_deref(), &text)?;
+    is_traced
 }
 
 fn no_json(error: impl std::fmt::Display) -> Failure {
@@ -123,15 +158,17 @@ fn no_json(error: impl std::fmt::Display) -> Failure {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options, None)?.into_iter().next();
+    let plan = search_all(ready, options, None, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept.
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept. `observer` hears of all
+/// that the search does.
 fn search_all(
     ready: &Ready,
     options: &SearchOptions,
     repair: Option<(&RepairOptions, &[Kept])>,
+    observer: Option<&mut dyn Observer>,
 ) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
@@ -164,7 +201,9 @@ fn search_all(
         }
     };
     let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
-    let settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    let is_traced = observer.is_some();
+    settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
@@ -182,6 +221,9 @@ fn search_all(
     }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
+        if !is_traced && answer.statistics.expansions > 1 {
+            say(TRACE_HINT);
+        }
         return Err(Failure::Code(match answer.ending {
             Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
             Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
@@ -198,6 +240,8 @@ fn search_all(
     }
     Ok(answer.plans)
 }
+
+const TRACE_HINT: &str = "\n--trace FILE writes the whole search; `sgap trace FILE` shows where it failed\n";
 
 /// Returns why there is no plan.
 fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {

@@ -7,7 +7,9 @@
 //! - a branch was left because it came back to something above it: it fails here only, and is not kept;
 //! - for the best plan, the branches beneath were left at some cost up to there: it is kept with that cost, and counts for
 //!   those that have cost as much;
-//! - with plans beneath, it is no failure when all plans are wanted.
+//! - with plans beneath, it is no failure when all plans are wanted;
+//! - where the best plan's cost is more than a sum (`objective`), what the actions to come cost depends on those before:
+//!   nothing is kept, and only circles are left.
 //!
 //! States and tasks are compared by fingerprints (`hash`). Geometry is part of the state if the reasoner can name its world
 //! state; else nothing is remembered in a domain whose actions are projected.
@@ -134,12 +136,20 @@ impl Search<'_> {
         let Some(key) = self.key(node) else { return true };
         match self.memo.known.get(&key) {
             Some(Known::Open(above)) => {
-                self.memo.highest = self.memo.highest.min(*above);
+                let above = *above;
+                self.memo.highest = self.memo.highest.min(above);
+                // A circle can be worth its cost where that is not a sum: it evens out efforts, or parts two actions.
+                let at = self.tree.nodes.get(above as usize).map(|n| n.at as usize);
+                if self.objective.is_some() && at != Some(self.steps.len()) {
+                    self.truncated.cycles += 1;
+                }
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(cost)) if self.cost >= *cost => {
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(_)) => {}
@@ -174,7 +184,8 @@ impl Search<'_> {
             Aim::First | Aim::Best => true,
             Aim::All(_) => watch.plans == self.n_derivations,
         };
-        if is_whole && has_failed && self.truncated == cut {
+        // Of what else the cost of the actions to come depends on, the key knows nothing.
+        if is_whole && has_failed && self.truncated == cut && self.objective.is_none() {
             let cost = match self.settings.aim {
                 Aim::Best => watch.cost,
                 Aim::First | Aim::All(_) => f64::NEG_INFINITY,

@@ -6,6 +6,7 @@
 
 mod act;
 mod agenda;
+mod beliefs;
 mod bound;
 mod changes;
 mod cycle;
@@ -17,6 +18,8 @@ mod hash;
 mod kept;
 mod links;
 mod memo;
+mod objective;
+mod observe;
 mod order;
 mod outcome;
 mod prepare;
@@ -31,6 +34,7 @@ mod take_up;
 
 pub use document::document;
 pub use kept::Kept;
+pub use observe::{Event, Observer};
 pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
-pub use search::{repair, solve};
+pub use search::{Hooks, repair, solve};

@@ -161,6 +161,8 @@ pub struct Found {
     pub steps: Vec<Step>,
     pub tree: Tree,
     pub cost: f64,
+    /// The parts of its cost where that is not the sum of the actions' costs: that sum, the makespan, what each rule counts.
+    pub(super) amounts: Vec<f64>,
     /// Whether unordered subtasks were allowed to mix.
     pub interleaved: bool,
     /// What each step reads and writes, one after the other.

@@ -17,6 +17,8 @@ use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
 use super::kept::Kept;
 use super::memo::Memo;
+use super::objective::{Objective, Sight};
+use super::observe::{Event, Observer};
 use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
@@ -69,6 +71,25 @@ pub(super) enum Flow {
     Back,
 }
 
+/// Who hears of a search, and who may end it.
+pub struct Hooks<'h> {
+    /// Ends the search from outside.
+    pub stop: &'h AtomicBool,
+    /// Hears of each (better) plan as it comes.
+    pub on_plan: &'h mut dyn FnMut(&Found, &Statistics),
+    /// Hears of all that the search does.
+    pub observer: Option<&'h mut dyn Observer>,
+}
+
+impl std::fmt::Debug for Hooks<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let has_observer = self.observer.is_some();
+        f.debug_struct("Hooks")
+            .field("observer", &has_observer)
+            .finish_non_exhaustive()
+    }
+}
+
 /// Searches for plans of `goal`, whatever they begin with: see [`repair`].
 pub fn solve(
     domain: &Domain,
@@ -78,10 +99,15 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
-    repair(domain, goal, &[], reasoner, settings, stop, on_plan)
+    let hooks = Hooks {
+        stop,
+        on_plan,
+        observer: None,
+    };
+    repair(domain, goal, &[], reasoner, settings, hooks)
 }
 
-/// Searches for plans of `goal` that begin with the `kept` actions; `stop` ends the search from outside; `on_plan` hears of each (better) plan as it comes.
+/// Searches for plans of `goal` that begin with the `kept` actions.
 ///
 /// The reasoner is left in the world state of the start.
 pub fn repair(
@@ -90,9 +116,13 @@ pub fn repair(
     kept: &[Kept],
     reasoner: &mut dyn Reasoner,
     settings: &Settings,
-    stop: &AtomicBool,
-    on_plan: &mut dyn FnMut(&Found, &Statistics),
+    hooks: Hooks<'_>,
 ) -> Outcome {
+    let Hooks {
+        stop,
+        on_plan,
+        observer,
+    } = hooks;
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -109,8 +139,16 @@ pub fn repair(
         .collect();
     let mut state = State::new(domain, &shared);
     let start_world = reasoner.save();
+    let mut context = Context::new(domain, &mut state, reasoner);
+    let objective = (settings.aim == Aim::Best && domain.has_objective()).then(|| {
+        let sight = match shared.is_empty() {
+            true => Sight::Whole,
+            false => Sight::WithoutShared,
+        };
+        Box::new(Objective::new(&mut context, sight))
+    });
     let mut search = Search {
-        context: Context::new(domain, &mut state, reasoner),
+        context,
         settings,
         kept,
         shared: &shared,
@@ -123,6 +161,7 @@ pub fn repair(
         choices: Vec::new(),
         cost: 0.0,
         rest: 0,
+        objective,
         memo: Memo::default(),
         recorder: Recorder::default(),
         n_derivations: 0,
@@ -131,12 +170,17 @@ pub fn repair(
         reasons: Reasons::default(),
         budget_spent: false,
         written: Vec::new(),
+        observer: observer.map(|o| o as &mut dyn Observer),
     };
     let impossible = search.first_impossible();
     let ending = match impossible {
         Some(_) => Ending::Exhausted,
         None => search.run(goal, stop, on_plan),
     };
+    search.tell(|search| Event::Ended {
+        ending,
+        statistics: &search.statistics,
+    });
     let least_cost = search.least_cost(goal, ending);
     let Search {
         recorder,
@@ -175,6 +219,8 @@ pub(super) struct Search<'a> {
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
+    /// The plan's whole cost, where it is not the sum of its actions' costs and the best plan is wanted.
+    pub objective: Option<Box<Objective<'a>>>,
     pub memo: Memo,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
@@ -186,6 +232,7 @@ pub(super) struct Search<'a> {
     pub budget_spent: bool,
     /// Room for written slots.
     pub written: Vec<SlotId>,
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 impl Search<'_> {
@@ -236,6 +283,7 @@ impl Search<'_> {
                         }
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
+                        self.tell_went_back(&choice);
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
                             Some(flow) => flow,
@@ -312,6 +360,9 @@ impl Search<'_> {
         self.slots.truncate(point.slots as usize);
         self.cost = point.cost;
         self.rest = point.rest;
+        if let Some(objective) = &mut self.objective {
+            objective.restore(point.steps, point.nodes);
+        }
     }
 
     /// Takes the next option of a choice point that was gone back to; the choice stays on the stack while it has more.
@@ -348,7 +399,10 @@ impl Search<'_> {
             return None;
         }
         let bound = self.recorder.best_cost()?;
-        let (cost, rest) = (self.cost, bound::cost(self.rest));
+        let (cost, rest) = match &self.objective {
+            None => (self.cost, bound::cost(self.rest)),
+            Some(objective) => objective.bound(self.cost, bound::cost(self.rest)),
+        };
         if cost + rest < bound - COST_TOLERANCE {
             return None;
         }
@@ -363,13 +417,17 @@ impl Search<'_> {
 
     /// Returns what no plan can cost less than.
     fn least_cost(&self, goal: &Goal, ending: Ending) -> f64 {
-        let least = bound::cost(self.bounds.task(goal.task));
+        let bound_at = |steps: u32, cost: f64, rest: u64| match &self.objective {
+            None => cost + bound::cost(rest),
+            Some(objective) => objective.bound_at(steps, cost, bound::cost(rest)),
+        };
+        let least = bound_at(0, 0.0, self.bounds.task(goal.task));
         let best = self.recorder.best_cost().unwrap_or(f64::INFINITY);
         let left = self
             .choices
             .iter()
-            .map(|(point, _)| point.cost + bound::cost(point.rest));
-        let now = [self.cost + bound::cost(self.rest)];
+            .map(|(point, _)| bound_at(point.steps, point.cost, point.rest));
+        let now = [bound_at(self.steps.len() as u32, self.cost, self.rest)];
         match ending {
             Ending::Exhausted => best,
             // What was cut short may cost anything above the least.

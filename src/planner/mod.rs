@@ -17,7 +17,7 @@ pub use options::{News, Options};
 
 use crate::diag::render::render;
 use crate::diag::{Problem, Problems};
-use crate::engine::{self, Ending, Granted, Reasoner, Statistics};
+use crate::engine::{self, Ending, Granted, Hooks, Observer, Reasoner, Statistics};
 use crate::grp::{self, Grp};
 use crate::ir::{Domain, Goal};
 use crate::load::{self, Input, Paths};
@@ -83,7 +83,11 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         sources,
     };
     let Some(Input {
-        domain, world, goal, ..
+        domain,
+        world,
+        goal,
+        names,
+        ..
     }) = input
     else {
         return Err(rejected(problems, sources));
@@ -92,7 +96,8 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         problems.push(no_task(paths));
         return Err(rejected(problems, sources));
     };
-    let world = paths.world.map(|_| &world);
+    // The second file of an HDDL pair is no world.
+    let world = paths.world.filter(|_| names.is_none()).map(|_| &world);
     search(&domain, world, &goal, options).map_err(|problem| {
         problems.push(problem);
         rejected(problems, sources)
@@ -123,14 +128,9 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
         ..options.search
     };
     let mut on_plan = options.on_plan;
-    let outcome = engine::repair(
-        domain,
-        goal,
-        options.kept,
-        reasoner,
-        &settings,
-        &options.stop,
-        &mut |found, statistics| {
+    let hooks = Hooks {
+        stop: &options.stop,
+        on_plan: &mut |found, statistics| {
             if let Some(hear) = &mut on_plan {
                 hear(&News {
                     domain,
@@ -139,7 +139,9 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
                 });
             }
         },
-    );
+        observer: options.observer.map(|o| o as &mut dyn Observer),
+    };
+    let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
     let document = |found| {
         let mut plan = engine::document(found, domain, goal, options.seed, &geometry);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::{self, Aim, Budget, Cuts, Found, Kept, Reasoner, Statistics};
+use crate::engine::{self, Aim, Budget, Cuts, Found, Kept, Observer, Reasoner, Statistics};
 use crate::grp;
 use crate::ir::Domain;
 
@@ -25,6 +25,8 @@ pub struct Options<'a> {
     pub reasoner: Option<&'a mut dyn Reasoner>,
     /// Hears of every (better) plan when it is found.
     pub on_plan: Option<&'a mut dyn FnMut(&News<'_>)>,
+    /// Hears of all that the search does.
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 /// A plan that was found just now. The document comes at the end of the search, with the motions.
@@ -77,6 +79,7 @@ impl Default for Options<'_> {
             kept: &[],
             reasoner: None,
             on_plan: None,
+            observer: None,
         }
     }
 }
@@ -151,6 +154,12 @@ impl<'a> Options<'a> {
     /// Tells `hear` of every (better) plan when it is found.
     pub fn on_plan(mut self, hear: &'a mut dyn FnMut(&News<'_>)) -> Self {
         self.on_plan = Some(hear);
+        self
+    }
+
+    /// Tells `observer` all that the search does, such as a [`crate::trace::Writer`].
+    pub fn observer(mut self, observer: &'a mut dyn Observer) -> Self {
+        self.observer = Some(observer);
         self
     }
 }

@@ -2,6 +2,7 @@
 
 use pest::iterators::{Pair, Pairs};
 
+use super::belief::belief;
 use super::parts::parts;
 use super::{Place, Rule};
 use crate::diag::{Problem, Problems};
@@ -19,7 +20,7 @@ pub(super) struct Builder<'p> {
     place: &'p Place<'p>,
     /// Where the part starts in the text that the grammar sees [bytes].
     start: usize,
-    problems: &'p mut Problems,
+    pub(super) problems: &'p mut Problems,
     /// Within an expression, and how many operators it has had so far.
     is_inside: bool,
     n_operators: usize,
@@ -36,14 +37,14 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn span(&self, pair: &Pair<'_, Rule>) -> Span {
+    pub(super) fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
         // pest counts the white space before a missing optional part as the rule's own.
         let end = span.start() + pair.as_str().trim_end().len();
         self.place.span_of(self.start + span.start(), self.start + end)
     }
 
-    fn name(&self, pair: Pair<'_, Rule>) -> Name {
+    pub(super) fn name(&self, pair: Pair<'_, Rule>) -> Name {
         Name {
             text: pair.as_str().to_owned(),
             span: self.span(&pair),
@@ -103,6 +104,10 @@ impl<'p> Builder<'p> {
                 }
             }
             Rule::initial => Item::Initial(self.assignment(pair)),
+            Rule::told => match self.told(pair) {
+                Some(told) => Item::Initial(told),
+                None => return,
+            },
             Rule::action => {
                 let mut p = parts(pair);
                 Item::Action(Action {
@@ -153,6 +158,10 @@ impl<'p> Builder<'p> {
                 let settings = parts(pair).map(|s| self.setting(s)).collect();
                 Item::Settings(Settings { settings, span })
             }
+            Rule::social => {
+                let rules = parts(pair).map(|r| self.rule(r)).collect();
+                Item::Social(Social { rules, span })
+            }
             Rule::time_part => Item::TimePart(span),
             Rule::import => {
                 let path = parts(pair).want();
@@ -190,6 +199,7 @@ impl<'p> Builder<'p> {
         let params = params.map_or_else(Vec::new, |params| {
             parts(params).map(|param| self.attribute_param(param)).collect()
         });
+        let per_agent = p.take_if(Rule::per_agent).map(|per_agent| self.span(&per_agent));
         let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
         Attribute {
             is_static,
@@ -197,6 +207,7 @@ impl<'p> Builder<'p> {
             base,
             name,
             params,
+            per_agent,
             fact,
             span,
         }
@@ -212,7 +223,7 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
+    pub(super) fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
         let mut params = Vec::new();
         for param in parts(pair) {
             let span = self.span(&param);
@@ -341,7 +352,7 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
+    pub(super) fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
         parts(block).map(|t| self.test(parts(t).want())).collect()
     }
 
@@ -363,7 +374,11 @@ impl<'p> Builder<'p> {
                 }
             }
             Rule::comparison => {
-                let left = self.expr(p.want());
+                let left = p.want();
+                if let Some(belief) = belief(&left).filter(|_| p.is_last()) {
+                    return self.believed(belief, span);
+                }
+                let left = self.expr(left);
                 match p.next() {
                     None => TestKind::Holds(left),
                     Some(op) => TestKind::Compare {
@@ -378,7 +393,7 @@ impl<'p> Builder<'p> {
         Test { kind, span }
     }
 
-    fn test_op(&mut self, pair: &Pair<'_, Rule>) -> TestOp {
+    pub(super) fn test_op(&mut self, pair: &Pair<'_, Rule>) -> TestOp {
         match pair.as_str() {
             "==" => TestOp::Equal,
             "!=" => TestOp::NotEqual,
@@ -399,13 +414,16 @@ impl<'p> Builder<'p> {
     }
 
     fn effects(&mut self, block: Pair<'_, Rule>) -> Vec<Effect> {
-        parts(block).map(|e| self.effect(parts(e).want())).collect()
+        let effects: Vec<Option<Effect>> = parts(block).map(|e| self.effect(parts(e).want())).collect();
+        effects.into_iter().flatten().collect()
     }
 
-    fn effect(&mut self, pair: Pair<'_, Rule>) -> Effect {
+    /// Returns the effect; `None` where nothing is set, which has been reported.
+    fn effect(&mut self, pair: Pair<'_, Rule>) -> Option<Effect> {
         let span = self.span(&pair);
-        match pair.as_rule() {
+        Some(match pair.as_rule() {
             Rule::assignment => Effect::Assign(self.assignment(pair)),
+            Rule::told => Effect::Assign(self.told(pair)?),
             Rule::forall_effect => {
                 let mut p = parts(pair);
                 Effect::Forall {
@@ -426,15 +444,26 @@ impl<'p> Builder<'p> {
                 }
             }
             other => unreachable!("builder: {other:?} is no effect"),
-        }
+        })
     }
 
     fn assignment(&mut self, pair: Pair<'_, Rule>) -> Assignment {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let target = self.path(p.want());
-        let op = p.want();
-        let op_span = self.span(&op);
+        let (op, op_span) = self.assign_op(&p.want());
+        Assignment {
+            believer: None,
+            target,
+            op,
+            op_span,
+            value: self.expr(p.want()),
+            span,
+        }
+    }
+
+    pub(super) fn assign_op(&mut self, op: &Pair<'_, Rule>) -> (AssignOp, Span) {
+        let op_span = self.span(op);
         let op = match op.as_str() {
             "<<=" => AssignOp::Add,
             "=>>" => AssignOp::Remove,
@@ -446,39 +475,53 @@ impl<'p> Builder<'p> {
             }
             _ => AssignOp::Set,
         };
-        Assignment {
-            target,
-            op,
-            op_span,
-            value: self.expr(p.want()),
-            span,
-        }
+        (op, op_span)
     }
 
-    fn path(&mut self, pair: Pair<'_, Rule>) -> Path {
+    pub(super) fn path(&mut self, pair: Pair<'_, Rule>) -> Path {
         let span = self.span(&pair);
-        let mut p = parts(pair);
-        let root = self.name(p.want());
-        let mut steps: Vec<PathStep> = Vec::new();
-        while let Some(word) = p.next() {
-            let name = self.name(word);
-            let (mut args, mut span) = (Vec::new(), name.span);
-            if let Some(pair) = p.take_if(Rule::step_args) {
-                span = span.to(self.span(&pair));
-                args = parts(pair).map(|a| self.expr(a)).collect();
-            }
-            steps.push(PathStep { name, args, span });
-        }
-        if steps.len() > MAX_STEPS {
+        let path = self.path_of(parts(pair), span);
+        if path.steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
             let problem = Problem::error("hatp::too-large", message, span, "this path");
             self.problems.push(problem.help("name a part of it with `let`"));
-            steps.truncate(MAX_STEPS);
         }
+        path
+    }
+
+    /// Returns the path that these words and arguments are.
+    pub(super) fn path_of<'i>(&mut self, words: impl Iterator<Item = Pair<'i, Rule>>, span: Span) -> Path {
+        let mut words = words.peekable();
+        let root = words.next().map(|root| self.name(root));
+        let mut steps: Vec<PathStep> = Vec::new();
+        while let Some(word) = words.next() {
+            let name = self.name(word);
+            let (mut args, mut span) = (Vec::new(), name.span);
+            if let Some(pair) = words.next_if(|p| p.as_rule() == Rule::step_args) {
+                span = span.to(self.span(&pair));
+                args = self.step_args(pair);
+            }
+            if steps.len() < MAX_STEPS + 1 {
+                steps.push(PathStep { name, args, span });
+            }
+        }
+        let root = root.unwrap_or_else(|| unreachable!("builder: a path has a first word"));
         Path { root, steps, span }
     }
 
-    fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
+    fn step_args(&mut self, pair: Pair<'_, Rule>) -> Vec<Expr> {
+        let mut args = Vec::new();
+        for part in parts(pair) {
+            if part.as_rule() == Rule::belief_op {
+                self.stray_belief(&part);
+            } else {
+                args.push(self.expr(part));
+            }
+        }
+        args
+    }
+
+    pub(super) fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
         let span = self.span(&pair);
         let mut p = parts(pair);
         Call {
@@ -489,7 +532,7 @@ impl<'p> Builder<'p> {
     }
 
     /// Reads an expression; the outermost one counts the operators of all within.
-    fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
+    pub(super) fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let outer = (self.is_inside, self.n_operators);
         if !self.is_inside {
             (self.is_inside, self.n_operators) = (true, 0);
