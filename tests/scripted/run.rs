@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use sgap::check::{self, Given};
 use sgap::diag::render::render;
-use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Kept, Outcome, Settings};
+use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Hooks, Kept, Outcome, Settings};
 use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
@@ -84,8 +84,11 @@ pub fn repair(domain: Domain, goal: Goal, kept: &[Kept], mut reasoner: Scripted,
         kept,
         &mut reasoner,
         settings,
-        &AtomicBool::new(false),
-        &mut |found, _| announced.push((actions(&domain, found).join(" "), found.cost)),
+        Hooks {
+            stop: &AtomicBool::new(false),
+            on_plan: &mut |found, _| announced.push((actions(&domain, found).join(" "), found.cost)),
+            observer: None,
+        },
     );
     assert!(reasoner.is_at_start(), "the world is left as it was found");
     Run {
