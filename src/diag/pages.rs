@@ -148,6 +148,7 @@ pages! {
     "mesh-not-found"
     "mesh-unreadable"
     "output-unwritable"
+    "plan-too-short"
     "plan-unreadable"
     "trace-unreadable"
     "urdf-bad-axis"
