@@ -17,6 +17,8 @@ mod problems;
 mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
+#[path = "cli/trace.rs"]
+mod trace;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
