@@ -179,6 +179,8 @@ impl Search<'_> {
                 self.context.state.forget(*slot);
             }
         }
+        let args = &self.tree.values[frame..];
+        self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
         self.steps.push(Step {

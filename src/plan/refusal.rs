@@ -304,7 +304,6 @@ impl Refusal {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
-            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
         }
     }
 }
