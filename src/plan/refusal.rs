@@ -296,15 +296,19 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
-            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
             Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
             }
+            Refusal::NotKept { task, .. } => match task {
+                Some(task) => format!("{} is not the next of the kept actions", name(task)),
+                None => "nothing is left to do before all kept actions are done".into(),
+            },
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
+            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
         }
     }
 }

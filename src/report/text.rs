@@ -169,7 +169,12 @@ fn stuck(why: &WhyNot, out: &mut String) {
     if let Some(text) = &why.stuck
         && why.reasons().len() > 1
     {
-        let _ = writeln!(out, "and failed at\n  {text}");
+        let what = if why.deepest.is_empty() {
+            "the first failure"
+        } else {
+            "and failed at"
+        };
+        let _ = writeln!(out, "{what}\n  {text}");
     }
 }
 

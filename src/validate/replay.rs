@@ -135,7 +135,9 @@ pub(super) fn play(
             } = &mut progress;
             shared.read_start(state, asked, &mut values, verdict)?;
         }
-        learn(around, &mut values, operator, &goal.args, &written);
+        let around = Around::new(domain, Some(&progress.asked));
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(around, &mut values, operator, args, &written);
     }
     Ok(())
 }
