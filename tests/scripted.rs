@@ -13,6 +13,8 @@ mod domain;
 mod geometry;
 #[path = "scripted/interleave.rs"]
 mod interleave;
+#[path = "scripted/kept.rs"]
+mod kept;
 #[path = "scripted/look_ahead.rs"]
 mod look_ahead;
 #[path = "scripted/reasoner.rs"]

@@ -174,7 +174,8 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
-        return deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"));
+        deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"))?;
+        return is_traced;
     }
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
@@ -235,6 +236,7 @@ fn search_all(
     };
     let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
     let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    let is_traced = observer.is_some();
     settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
@@ -253,6 +255,9 @@ fn search_all(
     }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
+        if !is_traced && answer.statistics.expansions > 1 {
+            say(TRACE_HINT);
+        }
         return Err(Failure::Code(match answer.ending {
             Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
             Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
@@ -269,6 +274,8 @@ fn search_all(
     }
     Ok(answer.plans)
 }
+
+const TRACE_HINT: &str = "\n--trace FILE writes the whole search; `sgap trace FILE` shows where it failed\n";
 
 /// Returns why there is no plan.
 fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {

@@ -31,10 +31,7 @@ impl Search<'_> {
                 Some(value) if value != Value::Null => args.push(value),
                 _ => {
                     return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
-                        Refusal::NullArgument {
-                            task: search.show(node),
-                            position,
-                        }
+                        search.null_argument(node, search.show(node), position, arg)
                     });
                 }
             }
@@ -173,6 +170,8 @@ impl Search<'_> {
                 self.context.state.forget(*slot);
             }
         }
+        let args = &self.tree.values[frame..];
+        self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
         self.steps.push(Step {

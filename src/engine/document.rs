@@ -113,7 +113,9 @@ pub(super) fn agents_of(domain: &Domain, action: ActionId, args: &[Value]) -> Ve
         let members: Vec<EntityId> = match &args[*position] {
             Value::Entity(e) => vec![*e],
             Value::Set(set) => set.iter().collect(),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => Vec::new(),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+                Vec::new()
+            }
         };
         for agent in members {
             if !agents.contains(&agent) {

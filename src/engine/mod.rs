@@ -6,6 +6,7 @@
 
 mod act;
 mod agenda;
+mod beliefs;
 mod bound;
 mod branching;
 mod changes;

@@ -6,7 +6,7 @@ use super::outcome::{NONE, Node};
 use super::prepare::Join;
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
-use crate::ir::{Binder, Domain, MethodId, SelectOrder, TaskId, Test, Value};
+use crate::ir::{Binder, Domain, Expr, MethodId, SelectOrder, TaskId, Test, TypeId, Value, Var, show_expr};
 use crate::plan::Refusal;
 
 impl<'a> Search<'a> {
@@ -33,9 +33,8 @@ impl<'a> Search<'a> {
                     self.tree.values.truncate(start);
                     let task = domain.task_name(todo.task);
                     let print = [u64::from(cell_kind(todo.task)), position as u64];
-                    return self.refuse_in(parent, Kind::NullArgument, NONE, &print, |_| Refusal::NullArgument {
-                        task: task.to_owned(),
-                        position,
+                    return self.refuse_in(parent, Kind::NullArgument, parent, &print, |search| {
+                        search.null_argument(parent, task.to_owned(), position, arg)
                     });
                 }
                 Some(value) => self.tree.values.push(value),
@@ -188,27 +187,69 @@ impl<'a> Search<'a> {
             frame,
             ..
         } = self.tree.nodes[node as usize];
-        self.refuse(
-            Kind::NoBinding,
-            node,
-            &[u64::from(which), u64::from(binder)],
-            |search| Refusal::NoBinding {
-                task: search.show(node),
-                variable: var_name.clone(),
-                candidates: domain.types[ty.index()].entities.len(),
-                filter: show_test(domain, filter, &|v| match v == *var {
-                    true => var_name.clone(),
-                    false => domain.show(&search.tree.values[frame as usize + v.index()]),
-                }),
-                rule: {
-                    let names = search.names(node, Some(which as usize));
-                    show_test(domain, filter, &|v| {
-                        let known = names.iter().rev().find(|(var, _)| *var == v);
-                        known.map_or_else(String::new, |(_, name)| name.clone())
-                    })
-                },
+        let more = [u64::from(which), u64::from(binder)];
+        self.refuse_asking(Kind::NoBinding, node, &more, |search| Refusal::NoBinding {
+            task: search.show(node),
+            variable: var_name.clone(),
+            candidates: domain.types[ty.index()].entities.len(),
+            filter: search.show_filter(filter, *var, var_name, *ty, frame as usize),
+            rule: {
+                let names = search.names(node, Some(which as usize));
+                show_test(domain, filter, &|v| {
+                    let known = names.iter().rev().find(|(var, _)| *var == v);
+                    known.map_or_else(String::new, |(_, name)| name.clone())
+                })
             },
-        )
+        })
+    }
+
+    /// Returns a filter in words; of several parts each with how many entities pass it alone.
+    fn show_filter(&mut self, filter: &Test, var: Var, var_name: &str, ty: TypeId, frame: usize) -> String {
+        let domain = self.context.domain;
+        let parts = match filter {
+            Test::And(parts) => parts.as_slice(),
+            other => std::slice::from_ref(other),
+        };
+        let entities = &domain.types[ty.index()].entities;
+        let shown = parts.iter().map(|part| {
+            let text = show_test(domain, part, &|v| match v == var {
+                true => var_name.to_owned(),
+                false => domain.show(&self.tree.values[frame + v.index()]),
+            });
+            if parts.len() == 1 {
+                return text;
+            }
+            let values = &mut self.tree.values[frame..];
+            let passing = entities.iter().filter(|e| {
+                values[var.index()] = Value::Entity(**e);
+                self.context.holds(part, values)
+            });
+            match passing.count() {
+                0 => format!("{text} (none)"),
+                n => format!("{text} ({n} of them)"),
+            }
+        });
+        shown.collect::<Vec<_>>().join("; ")
+    }
+
+    /// Returns the refusal of a task whose argument is NULL; `node` has the variables.
+    pub fn null_argument(&self, node: u32, task: String, position: usize, arg: &Expr) -> Refusal {
+        let Node {
+            frame, decomposition, ..
+        } = self.tree.nodes[node as usize];
+        let domain = self.context.domain;
+        let value = |v: Var| domain.show(&self.tree.values[frame as usize + v.index()]);
+        let names = self.names(node, Some(decomposition as usize));
+        let name = |v: Var| {
+            let known = names.iter().rev().find(|(var, _)| *var == v);
+            known.map_or_else(|| value(v), |(_, name)| name.clone())
+        };
+        Refusal::NullArgument {
+            task,
+            position,
+            argument: show_expr(domain, arg, &value),
+            rule: show_expr(domain, arg, &name),
+        }
     }
 
     pub fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {

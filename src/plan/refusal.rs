@@ -29,8 +29,16 @@ pub enum Refusal {
         /// The same as the domain has it.
         rule: String,
     },
-    /// A subtask's argument was NULL when it was reached.
-    NullArgument { task: String, position: usize },
+    /// A subtask's argument, or one of an action's projection, was NULL when it was reached.
+    NullArgument {
+        /// Whose argument.
+        task: String,
+        position: usize,
+        /// With variables replaced by their values: `ROBOT.station`.
+        argument: String,
+        /// As the domain has it: `A.station`.
+        rule: String,
+    },
     /// A cost or a duration was negative, or had no value.
     BadNumber {
         task: String,
@@ -188,7 +196,12 @@ impl fmt::Display for Refusal {
                     "{task}: none of {candidates} entities can be {variable}{colon}{filter}"
                 )
             }
-            Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
+            Refusal::NullArgument {
+                task,
+                position,
+                argument,
+                ..
+            } => write!(f, "{task}: its argument {}, {argument}, is NULL", position + 1),
             Refusal::BadNumber {
                 task,
                 what,
@@ -216,11 +229,15 @@ impl fmt::Display for Refusal {
                 write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}")
             }
             Refusal::TooDeep { task, depth, chain } => {
-                write!(
-                    f,
-                    "{task}: more than {depth} methods deep, at last {}",
-                    chain.join(" > ")
-                )
+                let chain_text = chain.join(" > ");
+                match chain.first() {
+                    Some(first) if chain.len() > 1 && name(first) == name(task) => write!(
+                        f,
+                        "{} goes on below itself, more than {depth} methods deep: {chain_text}",
+                        name(task)
+                    ),
+                    _ => write!(f, "{task}: more than {depth} methods deep, at last {chain_text}"),
+                }
             }
             Refusal::NotKept {
                 task: Some(task),
@@ -283,7 +300,9 @@ impl Refusal {
                 let colon = if rule.is_empty() { "" } else { ": " };
                 format!("{}: no entity can be {variable}{colon}{rule}", name(task))
             }
-            Refusal::NullArgument { task, position } => format!("{}: argument {} is NULL", name(task), position + 1),
+            Refusal::NullArgument {
+                task, position, rule, ..
+            } => format!("{}: its argument {}, {rule}, is NULL", name(task), position + 1),
             Refusal::BadNumber { task, what, value } => {
                 let why = if value.is_some() { "is below 0" } else { "has no value" };
                 format!("{}: its {what} {why}", name(task))
@@ -293,15 +312,59 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
-            Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
-            Refusal::TooDeep { task, depth, .. } => format!("{}: more than {depth} methods deep", name(task)),
+            Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
+            Refusal::TooDeep { task, depth, .. } => {
+                format!("{} goes on below itself, more than {depth} methods deep", name(task))
+            }
+            Refusal::NotKept { task, .. } => match task {
+                Some(task) => format!("{} is not the next of the kept actions", name(task)),
+                None => "nothing is left to do before all kept actions are done".into(),
+            },
             Refusal::LookAhead { task, rule, .. } => format!("{}: {rule} can't be made true any more", name(task)),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
-            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
         }
+    }
+}
+
+impl Refusal {
+    /// Returns what tells this refusal from others of its [`Refusal::rule`]: the arguments and values met.
+    fn instance(&self) -> String {
+        match self {
+            Refusal::Precondition { task, met, .. } | Refusal::LookAhead { task, met, .. } if !met.is_empty() => {
+                format!("{task} ({met})")
+            }
+            Refusal::Precondition { task, literal, .. } | Refusal::LookAhead { task, literal, .. } => {
+                format!("{task}: {literal}")
+            }
+            Refusal::NoBinding {
+                task,
+                filter,
+                candidates,
+                ..
+            } => {
+                let colon = if filter.is_empty() { "" } else { ": " };
+                format!("{task}{colon}{filter} (none of {candidates})")
+            }
+            Refusal::NullArgument { argument, .. } => argument.clone(),
+            Refusal::DurationOrder { task, .. } => task.clone(),
+            Refusal::BadNumber { task, value, .. } => match value {
+                Some(value) => format!("{task}: {value}"),
+                None => task.clone(),
+            },
+            Refusal::Geometry(refusal) => refusal.call.clone(),
+            Refusal::TooDeep { chain, .. } | Refusal::Cycle { chain } => chain.join(" > "),
+            Refusal::TooCostly { .. } | Refusal::NotKept { .. } => self.to_string(),
+        }
+    }
+}
+
+impl Cause {
+    /// Says whether the domain or the action asks for it by name; all other causes are bodies and motions.
+    fn is_asked(&self) -> bool {
+        matches!(self, Cause::Fact(_) | Cause::Constraint(_))
     }
 }
 
@@ -310,6 +373,8 @@ impl Refusal {
 pub struct WhyNot {
     /// The longest sequence of actions that a branch reached: `Pick(PR2, RED_CUBE)`.
     pub deepest: Vec<String>,
+    /// What ended that branch.
+    pub stuck: Option<String>,
     /// By refusal as a sentence, in the order met.
     reasons: IndexMap<String, Reason>,
     /// Refusals not kept because there were too many different ones.
@@ -325,17 +390,48 @@ pub struct Reason {
     pub tried: u64,
     /// Whether some of these branches left candidates untried.
     pub is_cut: bool,
-    /// What stopped the candidates, and how many.
-    causes: IndexMap<String, u64>,
+    /// What the domain's author can change.
+    rule: String,
+    /// Arguments and values; empty where there were too many different ones.
+    pub instance: String,
+    /// What stopped the candidates, how many, and whether it was asked for by name.
+    causes: IndexMap<String, (u64, bool)>,
 }
 
 impl Reason {
     /// Returns what stopped candidates and how many of them, most frequent first; ties in the order met.
     pub fn causes(&self) -> Vec<(&str, u64)> {
-        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, n)| (k.as_str(), *n)).collect();
+        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, (n, _))| (k.as_str(), *n)).collect();
         all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
         all
     }
+
+    /// Says whether the domain or the action asks by name for what this cause says does not hold.
+    pub fn is_asked(&self, cause: &str) -> bool {
+        self.causes.get(cause).is_some_and(|(_, asked)| *asked)
+    }
+
+    /// Adds another reason's branches to this one.
+    fn join(&mut self, other: &Reason) {
+        self.n_branches += other.n_branches;
+        self.tried += other.tried;
+        self.is_cut |= other.is_cut;
+        for (cause, (n, asked)) in &other.causes {
+            let entry = self.causes.entry(cause.clone()).or_default();
+            *entry = (entry.0 + n, *asked);
+        }
+    }
+}
+
+/// Reasons of one rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReasonGroup<'a> {
+    /// What the domain's author can change: `Pick: O.isReachable >> A is false`.
+    pub rule: &'a str,
+    /// All together.
+    pub total: Reason,
+    /// Each as a sentence; those that ended most branches first, ties in the order met.
+    pub reasons: Vec<(&'a str, &'a Reason)>,
 }
 
 /// Different refusals kept; a search with more has its reasons on top long before.
@@ -345,14 +441,26 @@ impl WhyNot {
     /// Counts a refusal and returns the number of its reason, if it is kept. Those of one geometric call are one reason,
     /// whatever stopped its candidates.
     pub fn add(&mut self, refusal: &Refusal) -> Option<usize> {
-        let text = refusal.to_string();
-        if self.reasons.len() >= MAX_REASONS && !self.reasons.contains_key(&text) {
-            self.not_kept += 1;
-            return None;
+        let mut text = refusal.to_string();
+        let mut rule = String::new();
+        if !self.reasons.contains_key(&text) {
+            rule = refusal.rule();
+            if self.reasons.len() >= MAX_REASONS {
+                // From here on the rules alone are told apart: there are as many as the domain has tests.
+                text.clone_from(&rule);
+            }
+            if self.reasons.len() >= 2 * MAX_REASONS && !self.reasons.contains_key(&text) {
+                self.not_kept += 1;
+                return None;
+            }
         }
         let entry = self.reasons.entry(text);
-        let number = entry.index();
+        let (number, is_instance) = (entry.index(), *entry.key() != rule);
         let reason = entry.or_default();
+        if reason.n_branches == 0 {
+            reason.rule = rule;
+            reason.instance = if is_instance { refusal.instance() } else { String::new() };
+        }
         reason.n_branches += 1;
         if let Refusal::Geometry(geometry) = refusal
             && geometry.tried > 0
@@ -360,7 +468,8 @@ impl WhyNot {
             reason.tried += u64::from(geometry.tried);
             reason.is_cut |= !geometry.exhausted;
             for cause in &geometry.causes {
-                *reason.causes.entry(cause.to_string()).or_default() += u64::from(cause.count);
+                let entry = reason.causes.entry(cause.to_string()).or_default();
+                *entry = (entry.0 + u64::from(cause.count), cause.cause.is_asked());
             }
         }
         Some(number)
@@ -379,6 +488,33 @@ impl WhyNot {
         let mut all: Vec<(&str, &Reason)> = self.reasons.iter().map(|(text, r)| (text.as_str(), r)).collect();
         all.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
         all
+    }
+}
+
+impl WhyNot {
+    /// Returns the sentence of a reason, by the number that [`WhyNot::add`] has given.
+    pub fn sentence(&self, number: usize) -> Option<&str> {
+        self.reasons.get_index(number).map(|(text, _)| text.as_str())
+    }
+
+    /// Returns the reasons by what the domain's author can change, what ended most branches first; ties in the order met.
+    pub fn groups(&self) -> Vec<ReasonGroup<'_>> {
+        let mut groups: IndexMap<&str, ReasonGroup<'_>> = IndexMap::new();
+        for (text, reason) in &self.reasons {
+            let group = groups.entry(&reason.rule).or_insert_with(|| ReasonGroup {
+                rule: &reason.rule,
+                total: Reason::default(),
+                reasons: Vec::new(),
+            });
+            group.total.join(reason);
+            group.reasons.push((text, reason));
+        }
+        let mut groups: Vec<ReasonGroup<'_>> = groups.into_values().collect();
+        for group in &mut groups {
+            group.reasons.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
+        }
+        groups.sort_by_key(|g| std::cmp::Reverse(g.total.n_branches));
+        groups
     }
 }
 

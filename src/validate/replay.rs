@@ -6,8 +6,9 @@ use indexmap::IndexMap;
 
 use super::{
     Settings, Verdict,
+    beliefs::{apply_noting, learn},
     bodies::{Bodies, Touching},
-    evaluate::{Around, View, apply},
+    evaluate::{Around, View},
     facts::{self, Status},
     fault::{Checked, Fault, Kind},
     handling::{self, Hand},
@@ -124,7 +125,7 @@ pub(super) fn play(
             geometric,
             ..Around::new(domain, Some(&before))
         };
-        apply(around, &mut values, &operator.effects, &mut frame);
+        let written = apply_noting(around, &mut values, operator, &mut frame);
         if asks && action.geometry.is_some() {
             let Progress {
                 state,
@@ -134,16 +135,22 @@ pub(super) fn play(
             } = &mut progress;
             shared.read_start(state, asked, &mut values, verdict)?;
         }
+        let around = Around::new(domain, Some(&progress.asked));
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(around, &mut values, operator, args, &written);
     }
     Ok(())
 }
 
-/// Says whether the arguments of an action's projection, its constraints or its effects read a shared attribute.
+/// Says whether the arguments of an action's projection, its constraints, its effects or those who see it read a shared
+/// attribute.
 fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
     let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
     let args = operator.projects.iter().flat_map(|p| &p.args);
+    let observes = domain.beliefs.as_ref().and_then(|b| b.observes.as_ref());
     args.clone().any(|a| a.any(&mut is_shared))
         || operator.constraints.any(&mut is_shared)
+        || observes.is_some_and(|o| o.body.any(&mut is_shared))
         || operator.effects.iter().any(|e| e.any(&mut is_shared))
 }
 
@@ -299,26 +306,30 @@ impl<'a> Context<'a> {
         let mut done = [true, false].map(|lenient| {
             let around = Around { lenient, ..view.around };
             let mut values = before.to_vec();
-            apply(around, &mut values, &operator.effects, frame);
-            (lenient, values)
+            let written = apply_noting(around, &mut values, operator, frame);
+            (lenient, values, written)
         });
         let is_listed = |values: &[Value]| {
             domain.slots.iter().enumerate().all(|(i, slot)| {
                 let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
                 let listed = action.changes.get(&domain.slot_name(SlotId(i as u32)));
-                domain.attributes[slot.attribute.index()].fact.is_some() || listed.unwrap_or(&was) == &now
+                let is_apart = domain.attributes[slot.attribute.index()].fact.is_some();
+                // Beliefs follow when all has been read.
+                is_apart || domain.believer(SlotId(i as u32)).is_some() || listed.unwrap_or(&was) == &now
             })
         };
         if done[0].1 != done[1].1 && is_listed(&done[1].1) {
             done.swap(0, 1);
         }
-        let [(lenient, mut values), _] = done;
+        let [(lenient, mut values, written), _] = done;
         let read = if action.geometry.is_some() {
             shared.read(state, asked, before, &mut values, &action.changes, verdict)?;
             Some(shared.snapshot(&values))
         } else {
             None
         };
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(Around { lenient, ..view.around }, &mut values, operator, args, &written);
         let mut expected = IndexMap::new();
         for i in 0..domain.slots.len() {
             let name = domain.slot_name(SlotId(i as u32));
