@@ -308,7 +308,6 @@ impl Refusal {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
-            Refusal::NotKept { index, kept, .. } => format!("the next action is not the kept one, {index} {kept}"),
         }
     }
 }
