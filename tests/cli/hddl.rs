@@ -16,7 +16,7 @@ fn lab() -> Lab {
 fn a_pair_is_planned_validated_checked_and_imported() {
     let lab = lab();
     let text = lab.ends(0, &["plan", "d.hddl", "p.hddl"]);
-    text.says(&["plan of Problem()", "drive(truck_1, harbour, mill)"]);
+    assert!(text.out.contains("plan of Problem()") && text.out.contains("drive(truck_1, harbour, mill)"));
     assert_eq!(text.err, "", "nothing asks geometry, so nothing is granted");
     let ipc = lab.ends(0, &["plan", "d.hddl", "p.hddl", "--format", "ipc"]).out;
     assert!(
@@ -41,7 +41,7 @@ fn a_pair_is_planned_validated_checked_and_imported() {
     assert_eq!(again.out, text.out);
     lab.ends(0, &["validate", "t.hatp", "plan.json", "--task", "Problem()"]);
     let one = lab.ends(0, &["plan", "d.hddl", "p.hddl", "--task", "get_to(truck_2, mill)"]);
-    one.says(&["1 action"]);
+    assert!(one.out.contains("1 action"), "{}", one.out);
 }
 
 #[test]
