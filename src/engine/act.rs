@@ -3,7 +3,7 @@
 use super::ground;
 use super::objective::Touched;
 use super::observe::Event;
-use super::outcome::{Node, Step};
+use super::outcome::{Branching, Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
@@ -15,6 +15,9 @@ impl Search<'_> {
     pub fn try_action(&mut self, node: u32, id: ActionId) -> Flow {
         let domain = self.context.domain;
         let action = &domain.actions[id.index()];
+        if let Some(flow) = self.refuse_unlike_kept(node, id) {
+            return flow;
+        }
         let frame = self.extend(node, id);
         if !self.passes(&action.preconditions, node, frame, 0) {
             return Flow::Back;
@@ -28,10 +31,7 @@ impl Search<'_> {
                 Some(value) if value != Value::Null => args.push(value),
                 _ => {
                     return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
-                        Refusal::NullArgument {
-                            task: search.show(node),
-                            position,
-                        }
+                        search.null_argument(node, search.show(node), position, arg)
                     });
                 }
             }
@@ -39,7 +39,6 @@ impl Search<'_> {
         let constraints = ground::formula(&mut self.context, &action.constraints, &mut self.tree.values[frame..]);
         self.tree.values.truncate(frame + action.params.len());
         let point = self.point();
-        self.statistics.projections += 1;
         let call = Call {
             name: &projection.name,
             args: &args,
@@ -48,9 +47,23 @@ impl Search<'_> {
         if self.observer.is_some() {
             self.tell_projecting(node, &call);
         }
+        if let Some(next) = self.kept.get(self.steps.len()) {
+            return match self
+                .context
+                .reasoner
+                .adopt(domain, &call, next.written.geometry.as_ref())
+            {
+                Ok(solution) => self.apply_action(node, Some((point, solution))),
+                Err(refusal) => self.refuse_geometry(node, refusal),
+            };
+        }
+        self.statistics.projections += 1;
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
-                let limit = action.alternatives.unwrap_or(self.settings.branching);
+                let limit = action.alternatives.unwrap_or(match self.settings.branching {
+                    Branching::Fixed(n) => n,
+                    Branching::Adaptive => 3,
+                });
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }
@@ -169,6 +182,8 @@ impl Search<'_> {
                 self.context.state.forget(*slot);
             }
         }
+        let args = &self.tree.values[frame..];
+        self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
         self.steps.push(Step {

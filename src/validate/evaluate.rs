@@ -54,7 +54,7 @@ impl<'a> Around<'a> {
         }
     }
 
-    fn note(&self, note: impl FnOnce(&mut Touched)) {
+    pub(super) fn note(&self, note: impl FnOnce(&mut Touched)) {
         if let Some(touched) = self.touched {
             note(&mut touched.borrow_mut());
         }
