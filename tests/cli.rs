@@ -19,6 +19,8 @@ mod repair;
 mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
+#[path = "cli/trace.rs"]
+mod trace;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

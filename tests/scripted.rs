@@ -23,5 +23,7 @@ mod run;
 mod search;
 #[path = "scripted/second_opinion.rs"]
 mod second_opinion;
+#[path = "scripted/strategies.rs"]
+mod strategies;
 #[path = "scripted/values.rs"]
 mod values;

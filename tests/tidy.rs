@@ -134,7 +134,7 @@ const CRATES: &[(&str, &str)] = &[
     ("parry3d_f64", "src/geom/collide"),
     ("toml", "src/world/"),
     ("urdf_rs", "src/world/urdf"),
-    ("roxmltree", "src/world/urdf/look.rs"),
+    ("roxmltree", "src/world/"),
     ("clap", "src/cli/"),
     ("ctrlc", "src/cli/"),
     ("tempfile", "src/cli/"),

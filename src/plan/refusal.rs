@@ -296,7 +296,7 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
-            Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
+            Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
             }
