@@ -13,6 +13,8 @@ mod fmt;
 mod help;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/repair.rs"]
+mod repair;
 #[path = "cli/search.rs"]
 mod search;
 #[path = "cli/symbolic.rs"]

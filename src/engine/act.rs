@@ -3,7 +3,7 @@
 use super::ground;
 use super::objective::Touched;
 use super::observe::Event;
-use super::outcome::{Node, Step};
+use super::outcome::{Branching, Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
@@ -60,7 +60,10 @@ impl Search<'_> {
         self.statistics.projections += 1;
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
-                let limit = action.alternatives.unwrap_or(self.settings.branching);
+                let limit = action.alternatives.unwrap_or(match self.settings.branching {
+                    Branching::Fixed(n) => n,
+                    Branching::Adaptive => 3,
+                });
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }

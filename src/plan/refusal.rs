@@ -299,10 +299,13 @@ impl Refusal {
                 format!("{}: no {further}solution", name(&refusal.call))
             }
             Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
-            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
             }
+            Refusal::NotKept { task, .. } => match task {
+                Some(task) => format!("{} is not the next of the kept actions", name(task)),
+                None => "nothing is left to do before all kept actions are done".into(),
+            },
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")

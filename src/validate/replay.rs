@@ -142,12 +142,15 @@ pub(super) fn play(
     Ok(())
 }
 
-/// Says whether the arguments of an action's projection, its constraints or its effects read a shared attribute.
+/// Says whether the arguments of an action's projection, its constraints, its effects or those who see it read a shared
+/// attribute.
 fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
     let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
     let args = operator.projects.iter().flat_map(|p| &p.args);
+    let observes = domain.beliefs.as_ref().and_then(|b| b.observes.as_ref());
     args.clone().any(|a| a.any(&mut is_shared))
         || operator.constraints.any(&mut is_shared)
+        || observes.is_some_and(|o| o.body.any(&mut is_shared))
         || operator.effects.iter().any(|e| e.any(&mut is_shared))
 }
 
