@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use sgap::check::{self, Given};
-use sgap::engine::{self, Aim, Budget, Cuts, Granted, Outcome, Settings};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Granted, Outcome, Settings};
 use sgap::ir::{Domain, Goal};
 use sgap::source::Sources;
 use sgap::syntax;
@@ -19,7 +19,8 @@ fn main() {
 
 const SETTINGS: Settings = Settings {
     aim: Aim::First,
-    branching: 1,
+    branching: Branching::Fixed(1),
+    strategy: engine::Strategy::DepthFirst,
     interleave: false,
     cuts: Cuts::On,
     budget: Budget {
@@ -41,8 +42,8 @@ impl Problem {
         let (ast, problems) = syntax::parse(file, text);
         assert!(!problems.has_errors(), "{problems:?}");
         let (domain, problems) = check::compile(&[ast], &Given::default());
-        let domain = domain.unwrap_or_else(|| panic!("{problems:?}"));
-        let (goal, problems) = check::parse_goal(task, file, 0, &domain);
+        let mut domain = domain.unwrap_or_else(|| panic!("{problems:?}"));
+        let (goal, problems) = check::parse_goal(task, file, 0, &mut domain);
         let goal = goal.unwrap_or_else(|| panic!("{problems:?}"));
         Problem { domain, goal }
     }

@@ -13,10 +13,14 @@ mod fmt;
 mod help;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/repair.rs"]
+mod repair;
 #[path = "cli/search.rs"]
 mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
+#[path = "cli/trace.rs"]
+mod trace;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

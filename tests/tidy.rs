@@ -34,7 +34,24 @@ const EDGES: &[(&str, &[Edge])] = &[
     ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
     ("plan", &[("geom", &["Pose"])]),
+    (
+        "hddl",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("syntax", &["keywords", "layout"]),
+            ("plan", &["Node", "Plan"]),
+        ],
+    ),
     ("engine", &[("ir", ALL), ("plan", ALL)]),
+    (
+        "trace",
+        &[
+            ("engine", &["Ending", "Event", "Observer"]),
+            ("ir", &["Domain", "Value"]),
+            ("plan", &["Refusal"]),
+        ],
+    ),
     (
         "grp",
         &[
@@ -75,8 +92,23 @@ const EDGES: &[(&str, &[Edge])] = &[
         &[
             ("engine", &["Ending", "Statistics", "Truncated"]),
             ("plan", ALL),
+            ("trace", &["Failure", "Group", "Summary", "TaskCounts"]),
             ("geom", &["Pose", "kinematics", "shape"]),
             ("world", ALL),
+        ],
+    ),
+    (
+        "planner",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("ir", ALL),
+            ("world", &["World"]),
+            ("plan", ALL),
+            ("load", ALL),
+            ("engine", ALL),
+            ("grp", ALL),
+            ("validate", ALL),
         ],
     ),
     (
@@ -86,6 +118,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("diag", ALL),
             ("syntax", ALL),
             ("check", ALL),
+            ("hddl", ALL),
             ("ir", ALL),
             ("world", ALL),
         ],
@@ -332,7 +365,7 @@ fn codes() -> BTreeMap<String, String> {
             };
             let is_name =
                 !name.is_empty() && !name.ends_with('-') && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "world", "urdf", "plan", "output"].contains(&room) && is_name {
+            if ["hatp", "hddl", "world", "urdf", "plan", "output", "trace"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }

@@ -204,7 +204,12 @@ fn outline(world: &World) -> String {
             Shape::Hull(hull) => format!("Hull of {} corners", hull.vertices.len()),
             other => format!("{other:?}"),
         };
-        let parts = thing.parts.iter().map(|p| shape(&p.shape)).collect::<Vec<_>>().join(", ");
+        let parts = thing
+            .parts
+            .iter()
+            .map(|p| shape(&p.shape))
+            .collect::<Vec<_>>()
+            .join(", ");
         let stable: Vec<&str> = thing.stable.iter().map(|s| s.name.as_str()).collect();
         out += &format!(
             "virtual {} {:?} [{parts}]\n  stands: {}\n",

@@ -5,14 +5,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::output::{Failure, check_place, deliver, say};
+use super::problems::Form;
 use super::progress::Progress;
+use super::repair::RepairOptions;
+use super::trace;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Budget, Cuts, Ending};
-use sgap::grp::{self, Grp};
+use sgap::engine::{self, Aim, Branching, Cuts, Ending, Kept, Observer, Strategy};
+use sgap::grp;
+use sgap::hddl;
 use sgap::plan::Plan;
+use sgap::planner::{self, Answer, News};
 use sgap::report::{json, text};
 
 /// What to search, and how long.
@@ -22,20 +27,32 @@ pub(super) struct Options {
     pub inputs: Inputs,
     #[command(flatten)]
     pub search: SearchOptions,
+    #[command(flatten)]
+    repair: RepairOptions,
     /// Write the whole plan with its trajectories as JSON
     #[arg(long)]
     json: bool,
     /// Write to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write all that the search does to this file, as JSON lines; `sgap trace FILE` reads it
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Write times into the trace, too: then no two runs write the same bytes
+    #[arg(long, requires = "trace")]
+    trace_times: bool,
 }
 
 /// The search's settings, for every command that plans.
 #[derive(Debug, Args)]
 pub(super) struct SearchOptions {
-    /// Geometric alternatives tried per action, the first included
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
-    branching: u32,
+    /// Geometric alternatives tried per action, the first included; or `adaptive`: more for actions whose alternatives lead
+    /// further
+    #[arg(long, value_name = "N", default_value = "3", value_parser = branching)]
+    branching: Branching,
+    /// In which order choices are tried; all but `depth-first` begin again until nothing is left out
+    #[arg(long, value_enum, default_value_t = Order::DepthFirst)]
+    strategy: Order,
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
@@ -69,6 +86,35 @@ pub(super) struct SearchOptions {
     stats: bool,
 }
 
+/// In which order choices are tried.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Order {
+    /// The order of the files, to the end
+    DepthFirst,
+    /// First what takes another option than the first at few choices
+    LimitedDiscrepancy,
+    /// Again and again, in orders drawn from the seed
+    Restarts,
+}
+
+impl Order {
+    fn with(self, seed: u64) -> Strategy {
+        match self {
+            Order::DepthFirst => Strategy::DepthFirst,
+            Order::LimitedDiscrepancy => Strategy::LimitedDiscrepancy,
+            Order::Restarts => Strategy::Restarts { seed },
+        }
+    }
+}
+
+fn branching(text: &str) -> Result<Branching, String> {
+    match (text, text.parse()) {
+        ("adaptive", _) => Ok(Branching::Adaptive),
+        (_, Ok(n)) if n > 0 => Ok(Branching::Fixed(n)),
+        _ => Err("write a number from 1 on, or `adaptive`".into()),
+    }
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|s: &f64| (0.0..=LONGEST).contains(s));
     let duration = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
@@ -78,22 +124,66 @@ fn seconds(text: &str) -> Result<Duration, String> {
 /// A year; nobody waits longer [s].
 const LONGEST: f64 = 31_536_000.0;
 
-/// HEURISTIC budgets of geometry that no user needs to know.
-const IK_RESTARTS: u32 = 8;
-const MOTION_SAMPLES: u32 = 3000;
+impl SearchOptions {
+    /// Returns what the library is asked for.
+    fn settings<'a>(&self) -> sgap::Options<'a> {
+        let mut options = sgap::Options::default()
+            .seed(self.seed)
+            .placements(self.placements)
+            .max_expansions(self.max_expansions)
+            .max_depth(self.max_depth);
+        options.search.branching = self.branching;
+        options.search.strategy = self.strategy.with(self.seed);
+        options.search.aim = match self.all {
+            Some(n) => Aim::All(n),
+            None if self.best => Aim::Best,
+            None => Aim::First,
+        };
+        options.search.cuts = if self.no_cuts { Cuts::Off } else { Cuts::On };
+        options.interleave = self.interleave;
+        options
+    }
+}
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if let Some(path) = &options.output {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
-    let plans = search_all(&ready, &options.search)?;
+    let as_ipc = options.inputs.problems.format == Form::Ipc;
+    if as_ipc && (options.json || ready.names.is_none()) {
+        say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
+        return Err(Failure::Code(code::WRONG_USAGE));
+    }
+    let kept = options.repair.kept(&ready)?;
+    let mut sink = match &options.trace {
+        Some(path) => {
+            let task = ready.domain.show_task(ready.goal.task, &ready.goal.args);
+            let seed = options.search.seed;
+            Some(trace::open(path, &options.inputs, task, seed, options.trace_times)?)
+        }
+        None => None,
+    };
+    let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
+    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)), observer);
+    let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
+    let plans = match plans {
+        Ok(plans) => plans,
+        Err(failure) => return is_traced.and(Err(failure)),
+    };
+    if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
+        let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
+        let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
+        deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"))?;
+        return is_traced;
+    }
     let text = match (options.json, options.search.all, plans.first()) {
         (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
         (true, ..) => json::write_all(&plans).map_err(no_json)?,
         (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
     };
-    deliver(options.output.as_deref(), &text)
+    deliver(options.output.as_deref(), &text)?;
+    is_traced
 }
 
 fn no_json(error: impl std::fmt::Display) -> Failure {
@@ -102,12 +192,18 @@ fn no_json(error: impl std::fmt::Display) -> Failure {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options)?.into_iter().next();
+    let plan = search_all(ready, options, None, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for: one at least.
-fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept. `observer` hears of all
+/// that the search does.
+fn search_all(
+    ready: &Ready,
+    options: &SearchOptions,
+    repair: Option<(&RepairOptions, &[Kept])>,
+    observer: Option<&mut dyn Observer>,
+) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -128,88 +224,69 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             });
         }
     }
-    let Ready {
-        domain, world, goal, ..
-    } = ready;
-    let settings = engine::Settings {
-        branching: options.branching,
-        aim: match options.all {
-            Some(n) => Aim::All(n),
-            None if options.best => Aim::Best,
-            None => Aim::First,
-        },
-        interleave: options.interleave.unwrap_or(domain.settings.interleave),
-        cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
-        budget: Budget {
-            expansions: options.max_expansions,
-            depth: options.max_depth,
-        },
-    };
-    let geometry = grp::Settings {
-        placements: options.placements,
-        ik_restarts: IK_RESTARTS,
-        motion_samples: MOTION_SAMPLES,
-    };
-    let mut grp = match ready.has_world {
-        true => Some(Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?),
-        false => None,
-    };
-    let mut granted = engine::Granted::default();
-    let reasoner: &mut dyn engine::Reasoner = match &mut grp {
-        Some(grp) => grp,
-        None => &mut granted,
-    };
     let progress = Progress::new("planning; Ctrl-C ends it with the best plan so far");
-    let outcome = engine::solve(domain, goal, reasoner, &settings, &stop, &mut |found, statistics| {
+    let mut on_plan = |news: &News<'_>| {
         if options.best {
-            let (n, cost) = (found.steps.len(), found.cost);
-            progress.say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
+            let (n, cost) = (news.found.steps.len(), news.found.cost);
+            progress.say(&format!(
+                "plan {}: {n} actions, cost {cost:.4}\n",
+                news.statistics.plans
+            ));
         }
-    });
+    };
+    let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
+    let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    let is_traced = observer.is_some();
+    settings.observer = observer.map(|o| o as &mut dyn Observer);
+    let world = ready.has_world.then_some(&ready.world);
+    let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
+    let answer = answer.map_err(super::fail)?;
     if options.stats {
-        let counts = grp.as_ref().map(Grp::counts);
-        say(&statistics(&outcome.statistics, counts.as_ref(), begin.elapsed()));
+        say(&statistics(
+            &answer.statistics,
+            answer.geometry.as_ref(),
+            begin.elapsed(),
+        ));
     }
-    match outcome.found {
-        Some(found) => {
-            let timed_out = timed_out.load(Ordering::Relaxed);
-            if options.best {
-                let ended = how_it_ended(outcome.ending, options, timed_out);
-                let gap = gap(outcome.ending, found.cost, outcome.least_cost);
-                say(&format!("best plan{ended}{gap}\n"));
-            }
-            if let Some(wanted) = options.all {
-                let n = 1 + outcome.others.len();
-                say(&how_many(
-                    n,
-                    wanted,
-                    outcome.ending,
-                    &outcome.statistics,
-                    options,
-                    timed_out,
-                ));
-            }
-            let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
-            let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
-            Ok(std::iter::once(&found).chain(&outcome.others).map(document).collect())
+    let timed_out = timed_out.load(Ordering::Relaxed);
+    if let (Some(index), Some((repair, _))) = (answer.impossible, repair) {
+        return Err(repair.impossible(index, &answer.why_not));
+    }
+    let Some(plan) = answer.plan() else {
+        say(&no_plan(&answer, options, timed_out));
+        if !is_traced && answer.statistics.expansions > 1 {
+            say(TRACE_HINT);
         }
-        None => {
-            let limit = match (outcome.ending, options.timeout) {
-                (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
-                (Ending::Interrupted, Some(limit)) if timed_out.load(Ordering::Relaxed) => Some(in_time(limit)),
-                _ => None,
-            };
-            say(&match limit {
-                Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&outcome.why_not)),
-                None => text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not),
-            });
-            Err(Failure::Code(match outcome.ending {
-                Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
-                Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
-                Ending::BudgetSpent | Ending::Interrupted => code::NO_PLAN_BUDGET,
-            }))
-        }
+        return Err(Failure::Code(match answer.ending {
+            Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
+            Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
+            Ending::BudgetSpent | Ending::Interrupted => code::NO_PLAN_BUDGET,
+        }));
+    };
+    if options.best {
+        let ended = how_it_ended(answer.ending, options, timed_out);
+        let gap = gap(answer.ending, plan.cost, answer.least_cost);
+        say(&format!("best plan{ended}{gap}\n"));
+    }
+    if let Some(wanted) = options.all {
+        say(&how_many(&answer, wanted, options, timed_out));
+    }
+    Ok(answer.plans)
+}
+
+const TRACE_HINT: &str = "\n--trace FILE writes the whole search; `sgap trace FILE` shows where it failed\n";
+
+/// Returns why there is no plan.
+fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {
+    let limit = match (answer.ending, options.timeout) {
+        (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
+        (Ending::Interrupted, Some(limit)) if timed_out => Some(in_time(limit)),
+        _ => None,
+    };
+    match limit {
+        Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&answer.why_not)),
+        None => text::no_plan(answer.ending, &answer.statistics, &answer.why_not),
     }
 }
 
@@ -244,15 +321,9 @@ fn how_it_ended(ending: Ending, options: &SearchOptions, timed_out: bool) -> Str
 }
 
 /// Says why there are fewer plans than were asked for; nothing if there are as many.
-fn how_many(
-    n: usize,
-    wanted: u32,
-    ending: Ending,
-    counts: &engine::Statistics,
-    options: &SearchOptions,
-    timed_out: bool,
-) -> String {
-    let why = match ending {
+fn how_many(answer: &Answer, wanted: u32, options: &SearchOptions, timed_out: bool) -> String {
+    let (n, counts) = (answer.plans.len(), &answer.statistics);
+    let why = match answer.ending {
         Ending::FirstPlan => return String::new(),
         Ending::Exhausted if counts.repeated > 0 => "every choice was tried but what goes round in a circle".into(),
         Ending::Exhausted => "every choice was tried".into(),
@@ -283,13 +354,18 @@ fn gap(ending: Ending, cost: f64, least: f64) -> String {
 
 fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
     let mut text = format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} plans\n",
+        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} dead ends, {} jumped, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
         engine.repeated,
+        engine.dead_ends,
+        engine.jumped,
         engine.plans,
     );
+    if engine.rounds > 1 {
+        text += &format!("rounds      {}{}\n", engine.rounds, text::fall_back(engine));
+    }
     if let Some(geometry) = geometry {
         text += &format!(
             "projection  {} actions computed, {} alternatives, {} candidates\n\

@@ -1,7 +1,9 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
-use super::outcome::{Node, Step};
+use super::objective::Touched;
+use super::observe::Event;
+use super::outcome::{Branching, Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
@@ -13,6 +15,9 @@ impl Search<'_> {
     pub fn try_action(&mut self, node: u32, id: ActionId) -> Flow {
         let domain = self.context.domain;
         let action = &domain.actions[id.index()];
+        if let Some(flow) = self.refuse_unlike_kept(node, id) {
+            return flow;
+        }
         let frame = self.extend(node, id);
         if !self.passes(&action.preconditions, node, frame, 0) {
             return Flow::Back;
@@ -26,10 +31,7 @@ impl Search<'_> {
                 Some(value) if value != Value::Null => args.push(value),
                 _ => {
                     return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
-                        Refusal::NullArgument {
-                            task: search.show(node),
-                            position,
-                        }
+                        search.null_argument(node, search.show(node), position, arg)
                     });
                 }
             }
@@ -37,19 +39,35 @@ impl Search<'_> {
         let constraints = ground::formula(&mut self.context, &action.constraints, &mut self.tree.values[frame..]);
         self.tree.values.truncate(frame + action.params.len());
         let point = self.point();
-        self.statistics.projections += 1;
         let call = Call {
             name: &projection.name,
             args: &args,
             constraints: &constraints,
         };
+        if self.observer.is_some() {
+            self.tell_projecting(node, &call);
+        }
+        if let Some(next) = self.kept.get(self.steps.len()) {
+            return match self
+                .context
+                .reasoner
+                .adopt(domain, &call, next.written.geometry.as_ref())
+            {
+                Ok(solution) => self.apply_action(node, Some((point, solution))),
+                Err(refusal) => self.refuse_geometry(node, refusal),
+            };
+        }
+        self.statistics.projections += 1;
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
-                let limit = action.alternatives.unwrap_or(self.settings.branching);
+                let limit = action.alternatives.unwrap_or(match self.settings.branching {
+                    Branching::Fixed(n) => n,
+                    Branching::Adaptive => 3,
+                });
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
@@ -58,18 +76,21 @@ impl Search<'_> {
         self.statistics.projections += 1;
         self.statistics.alternatives += 1;
         self.read_before(node);
+        self.tell(|_| Event::Alternative { node, tried });
         match self.context.reasoner.find_alternative(gas, tried) {
             Ok(projection) => {
                 self.push_alternatives(point, node, projection, limit);
                 self.apply_action(node, Some((point, projection)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
-    fn refuse_geometry(&mut self, refusal: crate::plan::ActionRefusal) -> Flow {
+    fn refuse_geometry(&mut self, node: u32, refusal: crate::plan::ActionRefusal) -> Flow {
         self.truncated.geometry += u64::from(!refusal.exhausted);
-        self.reasons.add_geometry(&Refusal::Geometry(refusal));
+        let refusal = Refusal::Geometry(refusal);
+        self.reasons.add_geometry(&refusal);
+        self.tell_refused(node, 0, Some(&refusal));
         Flow::Back
     }
 
@@ -161,6 +182,8 @@ impl Search<'_> {
                 self.context.state.forget(*slot);
             }
         }
+        let args = &self.tree.values[frame..];
+        self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
         self.steps.push(Step {
@@ -172,6 +195,20 @@ impl Search<'_> {
             duration: (least.max(geometric.1), most.max(geometric.1)),
             slots,
         });
+        self.tell(|search| Event::Applied {
+            node,
+            cost,
+            gas: projected.map(|(_, p)| p.gas),
+            n_actions: search.steps.len(),
+        });
+        if let (Some(objective), Some(step)) = (&mut self.objective, self.steps.last()) {
+            let [from, to, end] = slots.map(|at| at as usize);
+            let touched = Touched {
+                reads: &self.slots[from..to],
+                writes: &self.slots[to..end],
+            };
+            objective.push(&mut self.context, &self.tree, step, touched);
+        }
         let guard = self.guard();
         self.agenda.finish(self.prepared, node, guard);
         self.too_costly().unwrap_or(Flow::Forward)

@@ -4,12 +4,11 @@
 
 use indexmap::IndexMap;
 
-use super::explain::slot_name;
 use super::links::links;
 use super::outcome::{Found, NONE};
 use super::reasoner::GasRef;
-use crate::ir::{Domain, EntityId, Goal, Value};
-use crate::plan::{Action, Geometry, Node, Plan, VERSION};
+use crate::ir::{ActionId, Domain, EntityId, Goal, Value};
+use crate::plan::{Action, CostPart, Geometry, Node, Plan, VERSION};
 
 /// Returns the document of a found plan; `geometry` tells the choices and motions of a projection.
 pub fn document(
@@ -53,21 +52,17 @@ pub fn document(
             end,
             geometry: step.gas.and_then(geometry),
             changes: changes
-                .map(|(slot, v)| (slot_name(domain, *slot), domain.show(v)))
+                .map(|(slot, v)| (domain.slot_name(*slot), domain.show(v)))
                 .collect(),
         });
     }
-    let task = format!(
-        "{}({})",
-        domain.task_name(goal.task),
-        show_all(domain, &goal.args).join(", ")
-    );
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
-        task,
+        task: domain.show_task(goal.task, &goal.args),
         seed,
         cost: found.cost,
+        cost_parts: cost_parts(found, domain),
         makespan: actions.iter().map(|a| a.end).fold(0.0, f64::max),
         interleaved: found.interleaved,
         actions,
@@ -80,6 +75,27 @@ pub fn document(
     }
 }
 
+/// Returns what the plan's cost consists of; nothing where it is the sum of the actions' costs.
+fn cost_parts(found: &Found, domain: &Domain) -> Vec<CostPart> {
+    let formula = domain.settings.cost;
+    let own = [("sum", formula.sum), ("makespan", formula.makespan)];
+    let own = own.into_iter().map(|(name, weight)| (name, name, weight));
+    let rules = domain.social.iter().map(|r| (r.name.as_str(), r.kind.word(), r.weight));
+    let parts = own.chain(rules).zip(&found.amounts);
+    // What the formula leaves out is no part; a rule is, whatever its weight.
+    let is_part = |kind: &str, weight: f64| weight != 0.0 || !["sum", "makespan"].contains(&kind);
+    parts
+        .filter(|((_, kind, weight), _)| is_part(kind, *weight))
+        .map(|((name, kind, weight), amount)| CostPart {
+            name: name.to_owned(),
+            kind: kind.to_owned(),
+            amount: *amount,
+            weight,
+            cost: weight * amount,
+        })
+        .collect()
+}
+
 fn show_all(domain: &Domain, values: &[Value]) -> Vec<String> {
     values.iter().map(|v| domain.show(v)).collect()
 }
@@ -87,13 +103,19 @@ fn show_all(domain: &Domain, values: &[Value]) -> Vec<String> {
 /// Returns the agents of a step, each once, the acting one first.
 fn agents(found: &Found, domain: &Domain, index: usize) -> Vec<EntityId> {
     let step = &found.steps[index];
-    let args = found.args(domain, step);
+    agents_of(domain, step.action, found.args(domain, step))
+}
+
+/// Returns the agents of an action, each once, the acting one first.
+pub(super) fn agents_of(domain: &Domain, action: ActionId, args: &[Value]) -> Vec<EntityId> {
     let mut agents = Vec::new();
-    for position in &domain.actions[step.action.index()].agents {
+    for position in &domain.actions[action.index()].agents {
         let members: Vec<EntityId> = match &args[*position] {
             Value::Entity(e) => vec![*e],
             Value::Set(set) => set.iter().collect(),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => Vec::new(),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+                Vec::new()
+            }
         };
         for agent in members {
             if !agents.contains(&agent) {

@@ -3,7 +3,6 @@
 //! Links are the transitive reduction of four relations: an action needs an attribute that an earlier one set; an action
 //! overwrites what an earlier one read or set; the domain orders their subtasks; motions are planned one after the other.
 
-use super::explain::slot_name;
 use super::order::right_before;
 use super::outcome::{Found, NONE};
 use super::reduction::Reduction;
@@ -38,8 +37,8 @@ pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
             let mut reasons: Vec<LinkReason> = Vec::new();
             for (_, why) in needs.iter().filter(|(b, _)| *b == before) {
                 let reason = match why {
-                    Why::Attribute(slot) => LinkReason::Attribute(slot_name(domain, *slot)),
-                    Why::Threat(slot) => LinkReason::Threat(slot_name(domain, *slot)),
+                    Why::Attribute(slot) => LinkReason::Attribute(domain.slot_name(*slot)),
+                    Why::Threat(slot) => LinkReason::Threat(domain.slot_name(*slot)),
                     Why::Motion => LinkReason::Motion,
                 };
                 if !reasons.contains(&reason) {

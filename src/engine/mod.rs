@@ -6,6 +6,7 @@
 
 mod act;
 mod agenda;
+mod beliefs;
 mod bound;
 mod changes;
 mod cycle;
@@ -14,8 +15,11 @@ mod eval;
 mod explain;
 mod ground;
 mod hash;
+mod kept;
 mod links;
 mod memo;
+mod objective;
+mod observe;
 mod order;
 mod outcome;
 mod prepare;
@@ -23,12 +27,18 @@ mod reasoner;
 mod record;
 mod reduction;
 mod refusals;
+mod rounds;
 mod search;
 mod sets;
+mod shuffle;
 mod state;
 mod take_up;
 
 pub use document::document;
-pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
+pub use kept::Kept;
+pub use observe::{Event, Observer};
+pub use outcome::{
+    Aim, Branching, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
+};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
-pub use search::solve;
+pub use search::{Hooks, repair, solve};

@@ -10,11 +10,31 @@ pub struct Settings {
     pub aim: Aim,
     /// Geometric alternatives tried per projected action, the first included, unless the action says otherwise
     /// (thesis 4.3.4: branching factor).
-    pub branching: u32,
+    pub branching: Branching,
+    pub strategy: Strategy,
     /// Subtasks with no order between them may mix step by step; else each is done as one block.
     pub interleave: bool,
     pub cuts: Cuts,
     pub budget: Budget,
+}
+
+/// How many geometric alternatives of an action are tried, the first included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Branching {
+    Fixed(u32),
+    /// A number for each action's name, which grows where alternatives have paid (see `branching`).
+    Adaptive,
+}
+
+/// In which order branches are tried. All end with the same verdict where they come to their end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strategy {
+    /// The order of the files, to the end.
+    DepthFirst,
+    /// First the branches that take the first option nearly everywhere (see `rounds`).
+    LimitedDiscrepancy,
+    /// Begins again and again, with orders drawn anew from this seed.
+    Restarts { seed: u64 },
 }
 
 /// Which plans are wanted.
@@ -87,6 +107,14 @@ pub struct Statistics {
     pub backtracks: u64,
     /// Branches left because the same state with the same tasks to do is known to fail, or is on its own path.
     pub repeated: u64,
+    /// Branches left because a task that is still to be done can't be done any more.
+    pub dead_ends: u64,
+    /// Choices left because what failed did not depend on them.
+    pub jumped: u64,
+    /// Searches begun: one, unless a strategy or the fall-back begins again.
+    pub rounds: u64,
+    /// In the fall-back, how often a task was let come back to itself; 0 if it was not needed.
+    pub returns: u32,
     pub plans: u64,
 }
 
@@ -139,6 +167,8 @@ pub(super) struct Node {
     /// How many of the nodes right above it were taken up since the last action, and an older one to compare with.
     pub streak: u32,
     pub anchor: u32,
+    /// How many of those are tasks that came back to themselves and were let.
+    pub returns: u32,
 }
 
 impl Tree {
@@ -151,9 +181,7 @@ impl Tree {
 
     /// Returns `Pick(PR2, RED_CUBE)`.
     pub(super) fn show(&self, domain: &Domain, node: u32) -> String {
-        let args: Vec<String> = self.args(domain, node).iter().map(|v| domain.show(v)).collect();
-        let task = self.nodes[node as usize].task;
-        format!("{}({})", domain.task_name(task), args.join(", "))
+        domain.show_task(self.nodes[node as usize].task, self.args(domain, node))
     }
 }
 
@@ -163,6 +191,8 @@ pub struct Found {
     pub steps: Vec<Step>,
     pub tree: Tree,
     pub cost: f64,
+    /// The parts of its cost where that is not the sum of the actions' costs: that sum, the makespan, what each rule counts.
+    pub(super) amounts: Vec<f64>,
     /// Whether unordered subtasks were allowed to mix.
     pub interleaved: bool,
     /// What each step reads and writes, one after the other.
@@ -205,6 +235,9 @@ pub struct Outcome {
     pub found: Option<Found>,
     /// With [`Aim::All`], the plans after the first, in the order found.
     pub others: Vec<Found>,
+    /// With kept actions, the first of them that can't be done, whatever the tasks are: nothing was searched, and `why_not`
+    /// says why it can't.
+    pub impossible: Option<usize>,
     /// No plan costs less.
     pub least_cost: f64,
     pub ending: Ending,

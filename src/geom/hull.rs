@@ -176,7 +176,10 @@ impl Hull {
 
     /// Returns the numbers from which [`Hull::from_numbers`] makes the same hull: its excess, then normal and offset of each face.
     pub fn as_numbers(&self) -> Vec<f64> {
-        let planes = self.faces.iter().flat_map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset]);
+        let planes = self
+            .faces
+            .iter()
+            .flat_map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset]);
         std::iter::once(self.excess).chain(planes).collect()
     }
 
@@ -283,8 +286,9 @@ fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
 /// Directions towards faces, edges and corners of a cube; the six faces first.
 fn directions() -> impl Iterator<Item = Vec3> {
     let all = (0..27).map(|i| Vec3::new(f64::from(i % 3 - 1), f64::from(i / 3 % 3 - 1), f64::from(i / 9 - 1)));
-    let (faces, others): (Vec<Vec3>, Vec<Vec3>) =
-        all.filter(|d| *d != Vec3::zeros()).partition(|d| d.norm_squared() == 1.0);
+    let (faces, others): (Vec<Vec3>, Vec<Vec3>) = all
+        .filter(|d| *d != Vec3::zeros())
+        .partition(|d| d.norm_squared() == 1.0);
     faces.into_iter().chain(others).map(|d| d.normalize())
 }
 

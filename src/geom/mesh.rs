@@ -63,7 +63,9 @@ impl Mesh {
 
     fn corners(&self) -> impl Iterator<Item = Triangle> + '_ {
         let point = |i: u32| self.points.get(i as usize).copied();
-        self.triangles.iter().filter_map(move |[a, b, c]| Some([point(*a)?, point(*b)?, point(*c)?]))
+        self.triangles
+            .iter()
+            .filter_map(move |[a, b, c]| Some([point(*a)?, point(*b)?, point(*c)?]))
     }
 }
 
@@ -82,9 +84,11 @@ impl Part {
         let volume = Hull::volume_around(points);
         let mut cut: Option<(usize, f64, f64)> = None;
         for axis in 0..3 {
-            let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-                (low.min(p[axis]), high.max(p[axis]))
-            });
+            let (low, high) = points
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+                    (low.min(p[axis]), high.max(p[axis]))
+                });
             for k in 1..=PLANES {
                 let at = low + (high - low) * f64::from(k) / f64::from(PLANES + 1);
                 let (below, above) = halves(&triangles, axis, at);

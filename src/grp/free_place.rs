@@ -183,7 +183,10 @@ pub(super) fn wide(shape: &Shape, X_QS: &Pose) -> f64 {
         }
         Shape::Sphere { radius } => flat(X_QS.translation.vector) + radius,
         Shape::Hull(hull) => {
-            let corners = hull.vertices.iter().map(|v| flat((X_QS * nalgebra::Point3::from(*v)).coords));
+            let corners = hull
+                .vertices
+                .iter()
+                .map(|v| flat((X_QS * nalgebra::Point3::from(*v)).coords));
             corners.fold(0.0, f64::max)
         }
     }

@@ -35,7 +35,18 @@ pub fn show_expr(domain: &Domain, expr: &Expr, name: &dyn Fn(Var) -> String) -> 
     match expr {
         Expr::Const(value) => domain.show(value),
         Expr::Var(var) => name(*var),
-        Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
+        Expr::Attribute { base, attribute, args } => {
+            let attribute = &domain.attributes[attribute.index()];
+            let (args, believer) = args.split_at(attribute.arguments.len().min(args.len()));
+            let value = match args.is_empty() {
+                true => format!("{}.{}", show(base), attribute.name),
+                false => format!("{}.{}({})", show(base), attribute.name, list(args)),
+            };
+            match believer.first() {
+                Some(agent) => format!("{}.believes({value})", show(agent)),
+                None => value,
+            }
+        }
         Expr::Size(set) => format!("size({})", show(set)),
         Expr::List(elements) => format!("[{}]", list(elements)),
         Expr::Request { request, args } => format!("{}({})", domain.requests[request.index()].name, list(args)),

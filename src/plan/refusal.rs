@@ -16,6 +16,8 @@ pub enum Refusal {
         literal: String,
         /// The values it met: `RED_CUBE.isReachable is []`.
         met: String,
+        /// The literal as the domain has it: `O.isReachable >> A`.
+        rule: String,
     },
     /// No entity passed a SELECT.
     NoBinding {
@@ -24,9 +26,19 @@ pub enum Refusal {
         candidates: usize,
         /// What it had to pass; empty where anything does.
         filter: String,
+        /// The same as the domain has it.
+        rule: String,
     },
-    /// A subtask's argument was NULL when it was reached.
-    NullArgument { task: String, position: usize },
+    /// A subtask's argument, or one of an action's projection, was NULL when it was reached.
+    NullArgument {
+        /// Whose argument.
+        task: String,
+        position: usize,
+        /// With variables replaced by their values: `ROBOT.station`.
+        argument: String,
+        /// As the domain has it: `A.station`.
+        rule: String,
+    },
     /// A cost or a duration was negative, or had no value.
     BadNumber {
         task: String,
@@ -48,6 +60,14 @@ pub enum Refusal {
     },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
+    /// A plan has to begin with actions of an earlier one, and this action is not the next of them; without a task: the
+    /// branch would end before it.
+    NotKept {
+        task: Option<String>,
+        /// Position of the next one.
+        index: usize,
+        kept: String,
+    },
 }
 
 /// Why a geometric action has no further solution.
@@ -63,6 +83,23 @@ pub struct ActionRefusal {
     pub tried: u32,
     /// What stopped them, most frequent first.
     pub causes: Vec<CauseCount>,
+}
+
+impl ActionRefusal {
+    /// Returns the refusal of a call that its arguments or the world state rule out, with the sentence that says why.
+    pub fn not_applicable(call: String, why: String) -> Self {
+        ActionRefusal {
+            call,
+            found_before: 0,
+            exhausted: true,
+            tried: 0,
+            causes: vec![CauseCount {
+                sub_action: String::new(),
+                cause: Cause::NotApplicable(why),
+                count: 1,
+            }],
+        }
+    }
 }
 
 /// How many candidates failed for one cause.
@@ -134,13 +171,16 @@ impl fmt::Display for ActionRefusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Precondition { task, literal, met } if met.is_empty() => write!(f, "{task}: {literal} is false"),
-            Refusal::Precondition { task, literal, met } => write!(f, "{task}: {literal} is false ({met})"),
+            Refusal::Precondition { task, literal, met, .. } => {
+                write!(f, "{task}: {literal} is false")?;
+                if met.is_empty() { Ok(()) } else { write!(f, " ({met})") }
+            }
             Refusal::NoBinding {
                 task,
                 variable,
                 candidates,
                 filter,
+                ..
             } => {
                 let colon = if filter.is_empty() { "" } else { ": " };
                 write!(
@@ -148,7 +188,12 @@ impl fmt::Display for Refusal {
                     "{task}: none of {candidates} entities can be {variable}{colon}{filter}"
                 )
             }
-            Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
+            Refusal::NullArgument {
+                task,
+                position,
+                argument,
+                ..
+            } => write!(f, "{task}: its argument {}, {argument}, is NULL", position + 1),
             Refusal::BadNumber {
                 task,
                 what,
@@ -176,12 +221,26 @@ impl fmt::Display for Refusal {
                 write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}")
             }
             Refusal::TooDeep { task, depth, chain } => {
-                write!(
-                    f,
-                    "{task}: more than {depth} methods deep, at last {}",
-                    chain.join(" > ")
-                )
+                let chain_text = chain.join(" > ");
+                match chain.first() {
+                    Some(first) if chain.len() > 1 && name(first) == name(task) => write!(
+                        f,
+                        "{} goes on below itself, more than {depth} methods deep: {chain_text}",
+                        name(task)
+                    ),
+                    _ => write!(f, "{task}: more than {depth} methods deep, at last {chain_text}"),
+                }
             }
+            Refusal::NotKept {
+                task: Some(task),
+                index,
+                kept,
+            } => write!(f, "{task} is not the next kept action, {index} {kept}"),
+            Refusal::NotKept {
+                task: None,
+                index,
+                kept,
+            } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -194,11 +253,108 @@ impl fmt::Display for Refusal {
     }
 }
 
+/// Returns `Pick` of `Pick(PR2, CUP)`.
+fn name(task: &str) -> &str {
+    task.split_once('(').map_or(task, |(name, _)| name)
+}
+
+impl Refusal {
+    /// Returns the kind in one word, as traces have it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Refusal::Precondition { .. } => "precondition",
+            Refusal::NoBinding { .. } => "no-binding",
+            Refusal::NullArgument { .. } => "null-argument",
+            Refusal::BadNumber { .. } | Refusal::DurationOrder { .. } => "number",
+            Refusal::Geometry(_) => "geometry",
+            Refusal::TooCostly { .. } => "too-costly",
+            Refusal::TooDeep { .. } => "too-deep",
+            Refusal::Cycle { .. } => "cycle",
+            Refusal::NotKept { .. } => "not-kept",
+        }
+    }
+
+    /// Returns what the domain's author can change: the refusal without the arguments and values of this branch.
+    pub fn rule(&self) -> String {
+        match self {
+            Refusal::Precondition { task, rule, .. } => format!("{}: {rule} is false", name(task)),
+            Refusal::NoBinding {
+                task, variable, rule, ..
+            } => {
+                let colon = if rule.is_empty() { "" } else { ": " };
+                format!("{}: no entity can be {variable}{colon}{rule}", name(task))
+            }
+            Refusal::NullArgument {
+                task, position, rule, ..
+            } => format!("{}: its argument {}, {rule}, is NULL", name(task), position + 1),
+            Refusal::BadNumber { task, what, value } => {
+                let why = if value.is_some() { "is below 0" } else { "has no value" };
+                format!("{}: its {what} {why}", name(task))
+            }
+            Refusal::DurationOrder { task, .. } => format!("{}: its least duration is above its most", name(task)),
+            Refusal::Geometry(refusal) => {
+                let further = if refusal.found_before > 0 { "further " } else { "" };
+                format!("{}: no {further}solution", name(&refusal.call))
+            }
+            Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
+            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
+            Refusal::TooDeep { task, depth, .. } => {
+                format!("{} goes on below itself, more than {depth} methods deep", name(task))
+            }
+            Refusal::NotKept { task, .. } => match task {
+                Some(task) => format!("{} is not the next of the kept actions", name(task)),
+                None => "nothing is left to do before all kept actions are done".into(),
+            },
+            Refusal::Cycle { chain } => {
+                let task = chain.first().map_or("", |t| name(t));
+                format!("{task} comes back to itself in the same state")
+            }
+        }
+    }
+}
+
+impl Refusal {
+    /// Returns what tells this refusal from others of its [`Refusal::rule`]: the arguments and values met.
+    fn instance(&self) -> String {
+        match self {
+            Refusal::Precondition { task, met, .. } if !met.is_empty() => format!("{task} ({met})"),
+            Refusal::Precondition { task, literal, .. } => format!("{task}: {literal}"),
+            Refusal::NoBinding {
+                task,
+                filter,
+                candidates,
+                ..
+            } => {
+                let colon = if filter.is_empty() { "" } else { ": " };
+                format!("{task}{colon}{filter} (none of {candidates})")
+            }
+            Refusal::NullArgument { argument, .. } => argument.clone(),
+            Refusal::DurationOrder { task, .. } => task.clone(),
+            Refusal::BadNumber { task, value, .. } => match value {
+                Some(value) => format!("{task}: {value}"),
+                None => task.clone(),
+            },
+            Refusal::Geometry(refusal) => refusal.call.clone(),
+            Refusal::TooDeep { chain, .. } | Refusal::Cycle { chain } => chain.join(" > "),
+            Refusal::TooCostly { .. } | Refusal::NotKept { .. } => self.to_string(),
+        }
+    }
+}
+
+impl Cause {
+    /// Says whether the domain or the action asks for it by name; all other causes are bodies and motions.
+    fn is_asked(&self) -> bool {
+        matches!(self, Cause::Fact(_) | Cause::Constraint(_))
+    }
+}
+
 /// The failures of a whole search, grouped, and the deepest point reached.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct WhyNot {
     /// The longest sequence of actions that a branch reached: `Pick(PR2, RED_CUBE)`.
     pub deepest: Vec<String>,
+    /// What ended that branch.
+    pub stuck: Option<String>,
     /// By refusal as a sentence, in the order met.
     reasons: IndexMap<String, Reason>,
     /// Refusals not kept because there were too many different ones.
@@ -214,17 +370,48 @@ pub struct Reason {
     pub tried: u64,
     /// Whether some of these branches left candidates untried.
     pub is_cut: bool,
-    /// What stopped the candidates, and how many.
-    causes: IndexMap<String, u64>,
+    /// What the domain's author can change.
+    rule: String,
+    /// Arguments and values; empty where there were too many different ones.
+    pub instance: String,
+    /// What stopped the candidates, how many, and whether it was asked for by name.
+    causes: IndexMap<String, (u64, bool)>,
 }
 
 impl Reason {
     /// Returns what stopped candidates and how many of them, most frequent first; ties in the order met.
     pub fn causes(&self) -> Vec<(&str, u64)> {
-        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, n)| (k.as_str(), *n)).collect();
+        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, (n, _))| (k.as_str(), *n)).collect();
         all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
         all
     }
+
+    /// Says whether the domain or the action asks by name for what this cause says does not hold.
+    pub fn is_asked(&self, cause: &str) -> bool {
+        self.causes.get(cause).is_some_and(|(_, asked)| *asked)
+    }
+
+    /// Adds another reason's branches to this one.
+    fn join(&mut self, other: &Reason) {
+        self.n_branches += other.n_branches;
+        self.tried += other.tried;
+        self.is_cut |= other.is_cut;
+        for (cause, (n, asked)) in &other.causes {
+            let entry = self.causes.entry(cause.clone()).or_default();
+            *entry = (entry.0 + n, *asked);
+        }
+    }
+}
+
+/// Reasons of one rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReasonGroup<'a> {
+    /// What the domain's author can change: `Pick: O.isReachable >> A is false`.
+    pub rule: &'a str,
+    /// All together.
+    pub total: Reason,
+    /// Each as a sentence; those that ended most branches first, ties in the order met.
+    pub reasons: Vec<(&'a str, &'a Reason)>,
 }
 
 /// Different refusals kept; a search with more has its reasons on top long before.
@@ -234,14 +421,26 @@ impl WhyNot {
     /// Counts a refusal and returns the number of its reason, if it is kept. Those of one geometric call are one reason,
     /// whatever stopped its candidates.
     pub fn add(&mut self, refusal: &Refusal) -> Option<usize> {
-        let text = refusal.to_string();
-        if self.reasons.len() >= MAX_REASONS && !self.reasons.contains_key(&text) {
-            self.not_kept += 1;
-            return None;
+        let mut text = refusal.to_string();
+        let mut rule = String::new();
+        if !self.reasons.contains_key(&text) {
+            rule = refusal.rule();
+            if self.reasons.len() >= MAX_REASONS {
+                // From here on the rules alone are told apart: there are as many as the domain has tests.
+                text.clone_from(&rule);
+            }
+            if self.reasons.len() >= 2 * MAX_REASONS && !self.reasons.contains_key(&text) {
+                self.not_kept += 1;
+                return None;
+            }
         }
         let entry = self.reasons.entry(text);
-        let number = entry.index();
+        let (number, is_instance) = (entry.index(), *entry.key() != rule);
         let reason = entry.or_default();
+        if reason.n_branches == 0 {
+            reason.rule = rule;
+            reason.instance = if is_instance { refusal.instance() } else { String::new() };
+        }
         reason.n_branches += 1;
         if let Refusal::Geometry(geometry) = refusal
             && geometry.tried > 0
@@ -249,7 +448,8 @@ impl WhyNot {
             reason.tried += u64::from(geometry.tried);
             reason.is_cut |= !geometry.exhausted;
             for cause in &geometry.causes {
-                *reason.causes.entry(cause.to_string()).or_default() += u64::from(cause.count);
+                let entry = reason.causes.entry(cause.to_string()).or_default();
+                *entry = (entry.0 + u64::from(cause.count), cause.cause.is_asked());
             }
         }
         Some(number)
@@ -268,6 +468,33 @@ impl WhyNot {
         let mut all: Vec<(&str, &Reason)> = self.reasons.iter().map(|(text, r)| (text.as_str(), r)).collect();
         all.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
         all
+    }
+}
+
+impl WhyNot {
+    /// Returns the sentence of a reason, by the number that [`WhyNot::add`] has given.
+    pub fn sentence(&self, number: usize) -> Option<&str> {
+        self.reasons.get_index(number).map(|(text, _)| text.as_str())
+    }
+
+    /// Returns the reasons by what the domain's author can change, what ended most branches first; ties in the order met.
+    pub fn groups(&self) -> Vec<ReasonGroup<'_>> {
+        let mut groups: IndexMap<&str, ReasonGroup<'_>> = IndexMap::new();
+        for (text, reason) in &self.reasons {
+            let group = groups.entry(&reason.rule).or_insert_with(|| ReasonGroup {
+                rule: &reason.rule,
+                total: Reason::default(),
+                reasons: Vec::new(),
+            });
+            group.total.join(reason);
+            group.reasons.push((text, reason));
+        }
+        let mut groups: Vec<ReasonGroup<'_>> = groups.into_values().collect();
+        for group in &mut groups {
+            group.reasons.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
+        }
+        groups.sort_by_key(|g| std::cmp::Reverse(g.total.n_branches));
+        groups
     }
 }
 

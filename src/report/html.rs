@@ -159,10 +159,20 @@ struct BodyDocument {
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 enum ShapeDocument {
-    Box { half: [f64; 3] },
-    Cylinder { radius: f64, half_length: f64 },
-    Sphere { radius: f64 },
-    Capsule { radius: f64, half_length: f64 },
+    Box {
+        half: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+    Sphere {
+        radius: f64,
+    },
+    Capsule {
+        radius: f64,
+        half_length: f64,
+    },
     /// Corners in the shape's frame, and the triangles of its faces, counter-clockwise as seen from outside.
     Hull {
         vertices: Vec<[f64; 3]>,
@@ -277,7 +287,12 @@ fn joint_documents(tree: &Tree) -> Vec<JointDocument<'_>> {
 fn shape_document(shape: &Shape) -> ShapeDocument {
     match *shape {
         Shape::Hull(ref hull) => ShapeDocument::Hull {
-            vertices: hull.vertices.iter().map(|v| (*v).into()).map(|v: [f64; 3]| v.map(rounded)).collect(),
+            vertices: hull
+                .vertices
+                .iter()
+                .map(|v| (*v).into())
+                .map(|v: [f64; 3]| v.map(rounded))
+                .collect(),
             triangles: hull.faces.iter().flat_map(|f| f.triangles()).collect(),
         },
         Shape::Box { half } => ShapeDocument::Box { half: half.into() },

@@ -6,8 +6,9 @@ use indexmap::IndexMap;
 
 use super::{
     Settings, Verdict,
+    beliefs::{apply_noting, learn},
     bodies::{Bodies, Touching},
-    evaluate::{Around, View, apply},
+    evaluate::{Around, View},
     facts::{self, Status},
     fault::{Checked, Fault, Kind},
     handling::{self, Hand},
@@ -15,7 +16,6 @@ use super::{
     requests::{self, Asked},
     schedule::Done,
     shared::Shared,
-    slot_name,
 };
 use crate::ir::{self, Domain, EntityId, SlotId, Value};
 use crate::plan::{Action, AttachmentChange, Geometry, Motion, Plan};
@@ -69,30 +69,11 @@ pub(super) fn run<'a>(
     actions: &[ir::Goal],
     verdict: &mut Verdict,
 ) -> Checked<Replay<'a>> {
-    let context = Context {
-        domain,
-        bodies,
-        start: &world.start,
-        settings,
-    };
-    let mut state = world.start.clone();
-    for agent in 0..state.agents.len() {
-        bodies.carry(&mut state, agent);
-    }
-    let asked = Rc::new(Asked::new(bodies, state.clone(), settings));
-    let mut shared = Shared::new(domain, bodies, settings)?;
-    let mut values = domain.initial.clone();
-    shared.read_start(&state, &asked, &mut values, verdict)?;
+    let (context, values, mut progress) = begin(domain, world, bodies, settings, true, verdict)?;
     let mut replay = Replay {
         states: vec![values],
-        worlds: vec![asked.clone()],
+        worlds: vec![progress.asked.clone()],
         done: Vec::with_capacity(actions.len()),
-    };
-    let mut progress = Progress {
-        state,
-        asked,
-        shared,
-        verdict,
     };
     for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
         let before = replay.states[index].clone();
@@ -107,6 +88,115 @@ pub(super) fn run<'a>(
         progress.verdict.actions += 1;
     }
     Ok(replay)
+}
+
+/// Plays the actions' motions from the world's start, and takes their effects as this domain has them; preconditions and
+/// what the actions claim to change, to cost and to last are not looked at.
+pub(super) fn play(
+    kept: &[Action],
+    domain: &Domain,
+    world: &World,
+    bodies: &Bodies<'_>,
+    settings: &Settings,
+    actions: &[ir::Goal],
+) -> Checked<()> {
+    let mut verdict = Verdict::default();
+    let operators = kept
+        .iter()
+        .zip(actions)
+        .map(|(action, goal)| operator(domain, goal, action));
+    let operators = operators.collect::<Checked<Vec<_>>>()?;
+    // Facts are costly, and most actions read none where it matters here.
+    let asks = operators.iter().any(|o| reads_facts(domain, o));
+    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, asks, &mut verdict)?;
+    for (index, ((action, goal), operator)) in kept.iter().zip(actions).zip(operators).enumerate() {
+        let mut frame = goal.args.clone();
+        frame.resize(operator.n_vars.max(frame.len()), Value::Null);
+        let before = progress.asked.clone();
+        let view = View::new(domain, &values, Some(&before));
+        let geometric = context
+            .move_along(operator, action, view, &mut frame, &mut progress)
+            .map_err(|f| {
+                f.later_by(action.start)
+                    .at_time(action.start)
+                    .in_action(index, &text(action))
+            })?;
+        let around = Around {
+            geometric,
+            ..Around::new(domain, Some(&before))
+        };
+        let written = apply_noting(around, &mut values, operator, &mut frame);
+        if asks && action.geometry.is_some() {
+            let Progress {
+                state,
+                asked,
+                shared,
+                verdict,
+            } = &mut progress;
+            shared.read_start(state, asked, &mut values, verdict)?;
+        }
+        let around = Around::new(domain, Some(&progress.asked));
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(around, &mut values, operator, args, &written);
+    }
+    Ok(())
+}
+
+/// Says whether the arguments of an action's projection, its constraints, its effects or those who see it read a shared
+/// attribute.
+fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
+    let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
+    let args = operator.projects.iter().flat_map(|p| &p.args);
+    let observes = domain.beliefs.as_ref().and_then(|b| b.observes.as_ref());
+    args.clone().any(|a| a.any(&mut is_shared))
+        || operator.constraints.any(&mut is_shared)
+        || observes.is_some_and(|o| o.body.any(&mut is_shared))
+        || operator.effects.iter().any(|e| e.any(&mut is_shared))
+}
+
+/// Returns what stays the same, the symbolic state at the start, with its facts or without, and what changes.
+fn begin<'a, 'v>(
+    domain: &'a Domain,
+    world: &'a World,
+    bodies: &'a Bodies<'a>,
+    settings: &'a Settings,
+    asks: bool,
+    verdict: &'v mut Verdict,
+) -> Checked<(Context<'a>, Vec<Value>, Progress<'a, 'v>)> {
+    let context = Context {
+        domain,
+        bodies,
+        start: &world.start,
+        settings,
+    };
+    let mut state = world.start.clone();
+    for agent in 0..state.agents.len() {
+        bodies.carry(&mut state, agent);
+    }
+    let asked = Rc::new(Asked::new(bodies, state.clone(), settings));
+    let mut shared = Shared::new(domain, bodies, settings)?;
+    let mut values = domain.initial.clone();
+    if asks {
+        shared.read_start(&state, &asked, &mut values, verdict)?;
+    }
+    let progress = Progress {
+        state,
+        asked,
+        shared,
+        verdict,
+    };
+    Ok((context, values, progress))
+}
+
+fn operator<'a>(domain: &'a Domain, goal: &ir::Goal, action: &Action) -> Checked<&'a ir::Action> {
+    match goal.task {
+        ir::TaskId::Action(id) => Ok(&domain.actions[id.index()]),
+        ir::TaskId::Method(_) => Err(Kind::UnknownName {
+            what: "action",
+            name: action.name.clone(),
+        }
+        .into()),
+    }
 }
 
 fn text(action: &Action) -> String {
@@ -129,14 +219,7 @@ impl<'a> Context<'a> {
         progress: &mut Progress<'a, '_>,
     ) -> Checked<(Vec<Value>, Done)> {
         let domain = self.domain;
-        let ir::TaskId::Action(id) = goal.task else {
-            return Err(Kind::UnknownName {
-                what: "action",
-                name: action.name.clone(),
-            }
-            .into());
-        };
-        let operator = &domain.actions[id.index()];
+        let operator = operator(domain, goal, action)?;
         let mut frame = goal.args.clone();
         frame.resize(operator.n_vars.max(frame.len()), Value::Null);
         let world_before = progress.asked.clone();
@@ -144,31 +227,7 @@ impl<'a> Context<'a> {
         if let Some(test) = view.failing(&operator.preconditions, &mut frame) {
             return Err(Kind::Precondition { test }.into());
         }
-        let geometric = match (&operator.projects, &action.geometry) {
-            (None, None) => (0.0, 0.0),
-            (None, Some(_)) => return Err(Kind::GeometryUnexpected {}.into()),
-            (Some(projection), None) => {
-                return Err(Kind::GeometryMissing {
-                    projection: projection.name.clone(),
-                }
-                .into());
-            }
-            (Some(projection), Some(geometry)) => {
-                let args: Vec<Value> = projection
-                    .args
-                    .iter()
-                    .map(|a| view.value(a, &frame).unwrap_or_default())
-                    .collect();
-                self.project(&projection.name, &args, geometry, progress)?;
-                let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
-                progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
-                let after = View::new(domain, before, Some(&progress.asked));
-                if let Some(test) = after.failing(&operator.constraints, &mut frame) {
-                    return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
-                }
-                (geometry.cost_parts.values().sum(), duration)
-            }
-        };
+        let geometric = self.move_along(operator, action, view, &mut frame, progress)?;
         let around = Around {
             geometric,
             ..view.around
@@ -187,6 +246,41 @@ impl<'a> Context<'a> {
                 (outcome.values, done)
             })
             .map_err(|f| f.at_time(end))
+    }
+
+    /// Plays an action's motions, if it has to have any, and tests what must hold where they lead to; returns the cost that
+    /// geometry gave it and how long they take [s].
+    fn move_along(
+        &self,
+        operator: &ir::Action,
+        action: &Action,
+        view: View<'_>,
+        frame: &mut [Value],
+        progress: &mut Progress<'a, '_>,
+    ) -> Checked<(f64, f64)> {
+        match (&operator.projects, &action.geometry) {
+            (None, None) => Ok((0.0, 0.0)),
+            (None, Some(_)) => Err(Kind::GeometryUnexpected {}.into()),
+            (Some(projection), None) => Err(Kind::GeometryMissing {
+                projection: projection.name.clone(),
+            }
+            .into()),
+            (Some(projection), Some(geometry)) => {
+                let args: Vec<Value> = projection
+                    .args
+                    .iter()
+                    .map(|a| view.value(a, frame).unwrap_or_default())
+                    .collect();
+                self.project(&projection.name, &args, geometry, progress)?;
+                let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+                progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
+                let after = View::new(self.domain, view.values, Some(&progress.asked));
+                if let Some(test) = after.failing(&operator.constraints, frame) {
+                    return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
+                }
+                Ok((geometry.cost_parts.values().sum(), duration))
+            }
+        }
     }
 
     /// Applies the effects, reads the shared attributes, and compares with the changes listed.
@@ -212,29 +306,33 @@ impl<'a> Context<'a> {
         let mut done = [true, false].map(|lenient| {
             let around = Around { lenient, ..view.around };
             let mut values = before.to_vec();
-            apply(around, &mut values, &operator.effects, frame);
-            (lenient, values)
+            let written = apply_noting(around, &mut values, operator, frame);
+            (lenient, values, written)
         });
         let is_listed = |values: &[Value]| {
             domain.slots.iter().enumerate().all(|(i, slot)| {
                 let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
-                let listed = action.changes.get(&slot_name(domain, slot));
-                domain.attributes[slot.attribute.index()].fact.is_some() || listed.unwrap_or(&was) == &now
+                let listed = action.changes.get(&domain.slot_name(SlotId(i as u32)));
+                let is_apart = domain.attributes[slot.attribute.index()].fact.is_some();
+                // Beliefs follow when all has been read.
+                is_apart || domain.believer(SlotId(i as u32)).is_some() || listed.unwrap_or(&was) == &now
             })
         };
         if done[0].1 != done[1].1 && is_listed(&done[1].1) {
             done.swap(0, 1);
         }
-        let [(lenient, mut values), _] = done;
+        let [(lenient, mut values, written), _] = done;
         let read = if action.geometry.is_some() {
             shared.read(state, asked, before, &mut values, &action.changes, verdict)?;
             Some(shared.snapshot(&values))
         } else {
             None
         };
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(Around { lenient, ..view.around }, &mut values, operator, args, &written);
         let mut expected = IndexMap::new();
-        for (i, slot) in domain.slots.iter().enumerate() {
-            let name = slot_name(domain, slot);
+        for i in 0..domain.slots.len() {
+            let name = domain.slot_name(SlotId(i as u32));
             let listed = action.changes.get(&name);
             // A guess about the start may have hidden a change, or made one up.
             if guessed[i] {

@@ -13,7 +13,8 @@ use std::rc::Rc;
 
 use super::{
     Settings,
-    evaluate::{Around, Touched, View, apply},
+    beliefs::{apply_noting, learn},
+    evaluate::{Around, Touched, View},
     fault::{Checked, Fault, Kind},
     precedence::{Precedence, by_later},
     requests::Asked,
@@ -131,10 +132,9 @@ pub(super) fn check(
                 }
                 Ok(values) => {
                     if let Some(slot) = (0..values.len()).find(|s| values[*s] != last[*s]) {
-                        let slot = &domain.slots[slot];
                         let fault = Kind::OutcomeRace {
                             moved: x,
-                            attribute: super::slot_name(domain, slot),
+                            attribute: domain.slot_name(SlotId(slot as u32)),
                         };
                         return Err(named(fault.into(), x));
                     }
@@ -230,13 +230,14 @@ fn linear(
             lenient: done.lenient,
             ..around
         };
-        apply(around, &mut values, &action.effects, &mut frame);
+        let written = apply_noting(around, &mut values, action, &mut frame);
         if done.shared.is_some() {
             world = i + 1;
         }
         for (slot, value) in done.shared.iter().flatten() {
             values[slot.index()] = value.clone();
         }
+        learn(around, &mut values, action, &done.goal.args, &written);
         if let Some(touched) = &mut touched {
             let mut seen = seen.into_inner();
             seen.moves = done.shared.is_some();

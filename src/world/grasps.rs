@@ -104,9 +104,13 @@ fn of_hull(hull: &Hull) -> Vec<(String, Pose, f64)> {
             sides.push((-across, format!("-{axis_name}")));
         }
         for (outward, side_name) in sides {
-            let Some(way) = hull.crossing(&centre, &outward, 0.0) else { continue };
+            let Some(way) = hull.crossing(&centre, &outward, 0.0) else {
+                continue;
+            };
             let p = centre + outward * (way.leave - way.leave.min(DEPTH));
-            let Some(chord) = hull.crossing(&p, closing, 0.0) else { continue };
+            let Some(chord) = hull.crossing(&p, closing, 0.0) else {
+                continue;
+            };
             let width = chord.leave - chord.enter;
             let (far, near) = (&hull.faces[chord.leave_face], &hull.faces[chord.enter_face]);
             let holds = far.normal.dot(closing) >= FRICTION && -near.normal.dot(closing) >= FRICTION;

@@ -86,22 +86,30 @@ impl<'a> Meshes<'a> {
             self.known.insert(key.clone(), found);
         }
         let hulls = self.known.get(&key).cloned().unwrap_or(Ok(Vec::new()))?;
-        Ok(hulls.into_iter().map(|(hull, origin)| (Shape::Hull(hull), origin)).collect())
+        Ok(hulls
+            .into_iter()
+            .map(|(hull, origin)| (Shape::Hull(hull), origin))
+            .collect())
     }
 
     fn read(&self, file: &str, wanted: &Wanted<'_>) -> Result<Hulls, NoMesh> {
         let reader = reader(wanted.name).ok_or(NoMesh::Format)?;
         let mut tried = Vec::new();
         let candidates = find::candidates(file, wanted.name, &self.packages);
-        let found = candidates.into_iter().find_map(|path| match self.files.read_bytes(&path) {
-            Ok(bytes) => Some((path, bytes)),
-            Err(why) => {
-                tried.push((path, why));
-                None
-            }
-        });
+        let found = candidates
+            .into_iter()
+            .find_map(|path| match self.files.read_bytes(&path) {
+                Ok(bytes) => Some((path, bytes)),
+                Err(why) => {
+                    tried.push((path, why));
+                    None
+                }
+            });
         let (path, bytes) = found.ok_or(NoMesh::NotFound { tried })?;
-        let unreadable = |why: String| NoMesh::Unreadable { path: path.clone(), why };
+        let unreadable = |why: String| NoMesh::Unreadable {
+            path: path.clone(),
+            why,
+        };
         let key = cache::key(&bytes, &wanted.scale);
         let is_kept = wanted.in_parts && self.is_cached;
         if is_kept && let Some(hulls) = self.files.cached(&key).and_then(|kept| cache::read(&kept)) {
@@ -128,7 +136,10 @@ impl<'a> Meshes<'a> {
         if hulls.is_empty() {
             return Err(unreadable("all of its points are in one place".into()));
         }
-        let hulls: Hulls = hulls.into_iter().map(|(hull, origin)| (Arc::new(hull), origin)).collect();
+        let hulls: Hulls = hulls
+            .into_iter()
+            .map(|(hull, origin)| (Arc::new(hull), origin))
+            .collect();
         if !wanted.in_parts {
             return Ok(hulls);
         }
@@ -159,7 +170,9 @@ fn add_polygon(mesh: &mut Mesh, corners: &[u32]) -> Result<(), String> {
     let rest = corners.get(1..).unwrap_or_default();
     mesh.triangles.extend(rest.windows(2).map(|w| [corners[0], w[0], w[1]]));
     if mesh.triangles.len() > MOST_TRIANGLES {
-        return Err(format!("it has more than {MOST_TRIANGLES} triangles; a model for collisions has some hundreds"));
+        return Err(format!(
+            "it has more than {MOST_TRIANGLES} triangles; a model for collisions has some hundreds"
+        ));
     }
     Ok(())
 }

@@ -72,7 +72,16 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
         }
     }
     let model = robot.map(|(urdf, robot)| {
-        let srdf = read_srdf(&root, path, &urdf, &wanted.packages, &robot.tree, sources, files, &mut problems);
+        let srdf = read_srdf(
+            &root,
+            path,
+            &urdf,
+            &wanted.packages,
+            &robot.tree,
+            sources,
+            files,
+            &mut problems,
+        );
         fill(&root, robot, &srdf, file, &mut problems)
     });
     (model.filter(|_| !problems.has_errors()), problems)
@@ -121,7 +130,9 @@ enum InParts<'a> {
 /// Returns the folders of `packages`, each relative to that of the file.
 pub fn packages(root: &Table<'_>, path: &str, problems: &mut Problems) -> Vec<String> {
     let folders = root.array("packages", problems).unwrap_or_default();
-    let names = folders.iter().filter_map(|v| v.text("an entry of `packages`", problems));
+    let names = folders
+        .iter()
+        .filter_map(|v| v.text("an entry of `packages`", problems));
     names.map(|name| beside(path, name.text)).collect()
 }
 
@@ -457,7 +468,14 @@ fn ends(table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) ->
                 Problem::error("world::unknown-group", message, group.span, "")
                     .help("give `base_link` and `tip_link` instead")
             } else {
-                problems::unknown_name("world::unknown-group", "group", group.text, &table.place, known, group.span)
+                problems::unknown_name(
+                    "world::unknown-group",
+                    "group",
+                    group.text,
+                    &table.place,
+                    known,
+                    group.span,
+                )
             };
             problems.push(problem);
         }

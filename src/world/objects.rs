@@ -37,7 +37,9 @@ const KEYS: [&str; 21] = [
     "mass",
     "color",
 ];
-const VIRTUAL_KEYS: [&str; 8] = ["type", "mesh", "box", "cylinder", "sphere", "capsule", "parts", "stable"];
+const VIRTUAL_KEYS: [&str; 8] = [
+    "type", "mesh", "box", "cylinder", "sphere", "capsule", "parts", "stable",
+];
 const PRIMITIVES: [&str; 4] = ["box", "cylinder", "sphere", "capsule"];
 const SHAPES: [&str; 5] = ["box", "cylinder", "sphere", "capsule", "mesh"];
 /// No object is longer than the largest world of the thesis, 25 m, twice over [m].
@@ -102,12 +104,7 @@ pub fn read_virtual(
     all
 }
 
-fn object(
-    name: Name<'_>,
-    table: &Table<'_>,
-    solids: &mut Solids<'_, '_>,
-    problems: &mut Problems,
-) -> Option<Object> {
+fn object(name: Name<'_>, table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Option<Object> {
     let ty = table.text("type", problems).map(|t| t.text.to_string());
     let color = pose::color(table, problems).unwrap_or(pose::GREY);
     let movable = table.truth("movable", problems).unwrap_or(true);
@@ -167,7 +164,9 @@ fn parts(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems
                 table.span,
                 "no shape here",
             )
-            .help("add `box = [length, width, height]`, `cylinder`, `sphere`, `capsule`, `mesh`, or several as `parts`"),
+            .help(
+                "add `box = [length, width, height]`, `cylinder`, `sphere`, `capsule`, `mesh`, or several as `parts`",
+            ),
         );
         return None;
     }
@@ -240,11 +239,19 @@ fn mesh(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems)
         };
         if scale.is_some_and(|s| s.contains(&0.0)) {
             let message = format!("{place} is scaled to nothing");
-            problems.push(problems::bad_size(message, given.span, "a negative factor mirrors; zero is none"));
+            problems.push(problems::bad_size(
+                message,
+                given.span,
+                "a negative factor mirrors; zero is none",
+            ));
             return None;
         }
         let in_parts = given.truth("parts", problems).unwrap_or(false);
-        (given.needed_text("file", "file = \"mug.stl\"", problems)?, scale?, in_parts)
+        (
+            given.needed_text("file", "file = \"mug.stl\"", problems)?,
+            scale?,
+            in_parts,
+        )
     } else {
         (value.text(&place, problems)?, [1.0; 3], false)
     };

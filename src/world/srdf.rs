@@ -28,7 +28,9 @@ pub struct Srdf {
 
 /// Returns where an SRDF of the URDF at `path` may lie.
 pub fn beside(path: &str) -> Vec<String> {
-    let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
+    let (folder, name) = path
+        .rsplit_once('/')
+        .map_or(("", path), |(folder, name)| (folder, name));
     let stem = name.strip_suffix(".urdf").unwrap_or(name);
     let slash = if folder.is_empty() { "" } else { "/" };
     vec![
@@ -38,7 +40,13 @@ pub fn beside(path: &str) -> Vec<String> {
 }
 
 /// Reads the first of `paths` that is there; nothing where none is.
-pub fn read_first(paths: &[String], tree: &Tree, sources: &mut Sources, files: &dyn Files, problems: &mut Problems) -> Srdf {
+pub fn read_first(
+    paths: &[String],
+    tree: &Tree,
+    sources: &mut Sources,
+    files: &dyn Files,
+    problems: &mut Problems,
+) -> Srdf {
     let found = paths.iter().find_map(|path| Some((path, files.read(path).ok()?)));
     let Some((path, text)) = found else {
         return Srdf::default();
@@ -183,7 +191,12 @@ impl Reader<'_> {
             let dof = self.tree.dofs.iter().position(|d| d.name == joint);
             let Some(dof) = dof else {
                 if !self.virtual_joints.contains(&joint) && !self.tree.joints.iter().any(|j| j.name == joint) {
-                    self.unknown("joint", joint, joint_span, self.tree.dofs.iter().map(|d| d.name.as_str()));
+                    self.unknown(
+                        "joint",
+                        joint,
+                        joint_span,
+                        self.tree.dofs.iter().map(|d| d.name.as_str()),
+                    );
                 }
                 continue;
             };
@@ -198,7 +211,8 @@ impl Reader<'_> {
             // Makers round: half a degree beyond is the limit.
             if (value - inside).abs() > ROUNDED {
                 let (lower, upper) = (limits.lower, limits.upper);
-                let message = format!("joint `{joint}` of posture `{name}` is {value}, outside its limits {lower} to {upper}");
+                let message =
+                    format!("joint `{joint}` of posture `{name}` is {value}, outside its limits {lower} to {upper}");
                 let problem = Problem::warning("srdf::joint-limit", message, value_span, "beyond a joint limit");
                 self.problems.push(problem.help(format!("it is taken for {inside}")));
             }

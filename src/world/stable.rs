@@ -48,7 +48,8 @@ fn on_faces(parts: &[Part]) -> Vec<(String, UnitQuaternion<f64>)> {
     for part in parts {
         if let Shape::Hull(hull) = &part.shape {
             let area = |f: &Face| -> f64 {
-                let sides = |[a, b, c]: [usize; 3]| (hull.vertices[b] - hull.vertices[a], hull.vertices[c] - hull.vertices[a]);
+                let sides =
+                    |[a, b, c]: [usize; 3]| (hull.vertices[b] - hull.vertices[a], hull.vertices[c] - hull.vertices[a]);
                 f.triangles().map(sides).map(|(u, v)| u.cross(&v).norm() / 2.0).sum()
             };
             faces.extend(hull.faces.iter().map(|f| (area(f), part.X_OS.rotation * f.normal)));

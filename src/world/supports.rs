@@ -96,9 +96,14 @@ fn level_face(hull: &Hull, up_S: &Vec3) -> Option<(Pose, [f64; 2])> {
     let middle = corners.iter().sum::<Vec3>() / corners.len() as f64;
     // Along the longest edge, where most level faces have their long side.
     let edges = corners.iter().zip(corners.iter().cycle().skip(1)).map(|(a, b)| b - a);
-    let x = edges.max_by(|a, b| a.norm().total_cmp(&b.norm()))?.try_normalize(1e-9)?;
+    let x = edges
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))?
+        .try_normalize(1e-9)?;
     let y = face.normal.cross(&x);
-    let flat: Vec<[f64; 2]> = corners.iter().map(|c| [(c - middle).dot(&x), (c - middle).dot(&y)]).collect();
+    let flat: Vec<[f64; 2]> = corners
+        .iter()
+        .map(|c| [(c - middle).dot(&x), (c - middle).dot(&y)])
+        .collect();
     let reach = |axis: usize| flat.iter().map(|p| p[axis].abs()).fold(0.0, f64::max);
     let (a, b) = (reach(0), reach(1));
     // Each edge bounds the scale at which the corner that is farthest along its outward normal is still inside.

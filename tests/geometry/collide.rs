@@ -54,7 +54,10 @@ fn parry(shape: &Shape, X: &Pose) -> (Box<dyn ParryShape>, ParryPose) {
         Shape::Capsule { radius, half_length } => (Box::new(Capsule::new_y(half_length, radius)), X.rotation * upright),
         Shape::Hull(ref hull) => {
             let corners: Vec<Vector> = hull.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect();
-            (Box::new(ConvexPolyhedron::from_convex_hull(&corners).unwrap()), X.rotation)
+            (
+                Box::new(ConvexPolyhedron::from_convex_hull(&corners).unwrap()),
+                X.rotation,
+            )
         }
     };
     let (p, q) = (X.translation.vector, r.coords);

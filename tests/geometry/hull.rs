@@ -8,10 +8,18 @@ use sgap::geom::mesh::Mesh;
 fn points() -> impl Strategy<Value = Vec<Vec3>> {
     let point = |x: f64, y: f64, z: f64| [-x..x, -y..y, -z..z].prop_map(Vec3::from);
     let cloud = |x, y, z| proptest::collection::vec(point(x, y, z), 4..200);
-    let on_a_ball = proptest::collection::vec(point(1.0, 1.0, 1.0), 50..500)
-        .prop_map(|all| all.iter().filter_map(|p| p.try_normalize(0.1)).map(|p| p * 0.2).collect());
+    let on_a_ball = proptest::collection::vec(point(1.0, 1.0, 1.0), 50..500).prop_map(|all| {
+        all.iter()
+            .filter_map(|p| p.try_normalize(0.1))
+            .map(|p| p * 0.2)
+            .collect()
+    });
     // A plate and a rod, turned.
-    let turned = |all: Vec<Vec3>| all.iter().map(|p| nalgebra::Rotation3::from_euler_angles(0.3, 0.7, -1.0) * p).collect();
+    let turned = |all: Vec<Vec3>| {
+        all.iter()
+            .map(|p| nalgebra::Rotation3::from_euler_angles(0.3, 0.7, -1.0) * p)
+            .collect()
+    };
     prop_oneof![
         cloud(0.3, 0.2, 0.5),
         cloud(0.3, 0.2, 1e-7).prop_map(turned),
@@ -116,9 +124,17 @@ fn add_box(mesh: &mut Mesh, middle: Vec3, half: Vec3) {
     let first = u32::try_from(mesh.points.len()).unwrap();
     for corner in 0..8 {
         let side = |bit: usize| if corner & bit == 0 { -1.0 } else { 1.0 };
-        mesh.points.push(middle + Vec3::new(side(1), side(2), side(4)).component_mul(&half));
+        mesh.points
+            .push(middle + Vec3::new(side(1), side(2), side(4)).component_mul(&half));
     }
-    for [a, b, c, d] in [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]] {
+    for [a, b, c, d] in [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ] {
         mesh.triangles.push([first + a, first + b, first + c]);
         mesh.triangles.push([first + a, first + c, first + d]);
     }

@@ -1,12 +1,12 @@
 //! Walks over what was written, to see which names it speaks of.
 
-use crate::syntax::ast::{Effect, Expr, ExprKind, Name, Select, Step, Test, TestKind};
+use crate::syntax::ast::{Effect, Expr, ExprKind, Name, Path, Select, Step, Test, TestKind};
 
 /// Calls `f` with the first name of every path in the expression.
 pub(super) fn names_of_expr<'a>(expr: &'a Expr, f: &mut dyn FnMut(&'a Name)) {
     match &expr.kind {
         ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null => {}
-        ExprKind::Path(path) => f(&path.root),
+        ExprKind::Path(path) => names_of_path(path, f),
         ExprKind::Call(call) => call.args.iter().for_each(|a| names_of_expr(a, f)),
         ExprKind::List(elements) => elements.iter().for_each(|e| names_of_expr(e, f)),
         ExprKind::Negate(inner) => names_of_expr(inner, f),
@@ -15,6 +15,12 @@ pub(super) fn names_of_expr<'a>(expr: &'a Expr, f: &mut dyn FnMut(&'a Name)) {
             names_of_expr(right, f);
         }
     }
+}
+
+fn names_of_path<'a>(path: &'a Path, f: &mut dyn FnMut(&'a Name)) {
+    f(&path.root);
+    let args = path.steps.iter().flat_map(|s| &s.args);
+    args.for_each(|a| names_of_expr(a, f));
 }
 
 /// Calls `f` with the first name of every path in the tests.
@@ -32,6 +38,10 @@ pub(super) fn names_of_tests<'a>(tests: &'a [Test], f: &mut dyn FnMut(&'a Name))
                 names_of_expr(right, f);
             }
             TestKind::Holds(expr) => names_of_expr(expr, f),
+            TestKind::Believes(agent, test) => {
+                names_of_path(agent, f);
+                names_of_tests(std::slice::from_ref(test), f);
+            }
         }
     }
 }
@@ -41,7 +51,8 @@ pub(super) fn names_of_effects<'a>(effects: &'a [Effect], f: &mut dyn FnMut(&'a 
     for effect in effects {
         match effect {
             Effect::Assign(assignment) => {
-                f(&assignment.target.root);
+                assignment.believer.iter().for_each(|b| names_of_path(b, f));
+                names_of_path(&assignment.target, f);
                 names_of_expr(&assignment.value, f);
             }
             Effect::Forall { guard, effects, .. } => {
@@ -84,7 +95,7 @@ pub(super) fn quantified_in_tests<'a>(tests: &'a [Test], f: &mut dyn FnMut(&'a N
                 quantified_in_tests(guard, f);
                 quantified_in_tests(body, f);
             }
-            TestKind::Compare { .. } | TestKind::Holds(_) => {}
+            TestKind::Compare { .. } | TestKind::Holds(_) | TestKind::Believes(..) => {}
         }
     }
 }

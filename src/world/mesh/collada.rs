@@ -21,7 +21,8 @@ const MOST_NODES: usize = 100_000;
 
 /// Reads a COLLADA file, or says what is wrong with it.
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let text = std::str::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.valid_up_to()))?;
+    let text =
+        std::str::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.valid_up_to()))?;
     let options = roxmltree::ParsingOptions {
         allow_dtd: false,
         ..roxmltree::ParsingOptions::default()
@@ -29,7 +30,10 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let document = Document::parse_with_options(text, options).map_err(|e| format!("it is not XML: {e}"))?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err(format!("it is no COLLADA file: its root element is `{}`", root.tag_name().name()));
+        return Err(format!(
+            "it is no COLLADA file: its root element is `{}`",
+            root.tag_name().name()
+        ));
     }
     let elements = root.descendants().filter(Node::is_element);
     let ids = elements.filter_map(|n| Some((n.attribute("id")?, n))).collect();
@@ -38,9 +42,13 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
         mesh: Mesh::default(),
         n_nodes: 0,
     };
-    let unit = child(root, "asset").and_then(|a| child(a, "unit")).and_then(|u| u.attribute("meter"));
+    let unit = child(root, "asset")
+        .and_then(|a| child(a, "unit"))
+        .and_then(|u| u.attribute("meter"));
     let unit = match unit {
-        Some(word) => number(word).filter(|u| *u > 0.0).ok_or("its unit is no length above zero")?,
+        Some(word) => number(word)
+            .filter(|u| *u > 0.0)
+            .ok_or("its unit is no length above zero")?,
         None => 1.0,
     };
     let to_metres = Matrix4::new_scaling(unit);
@@ -106,7 +114,9 @@ impl<'a, 'i> File<'a, 'i> {
     fn named(&self, node: Node<'a, 'i>, attribute: &str) -> Result<Node<'a, 'i>, String> {
         let url = node.attribute(attribute).unwrap_or_default();
         let found = url.strip_prefix('#').and_then(|id| self.ids.get(id));
-        found.copied().ok_or_else(|| format!("{} names `{url}`, which is not in the file", at(node)))
+        found
+            .copied()
+            .ok_or_else(|| format!("{} names `{url}`, which is not in the file", at(node)))
     }
 
     /// Adds the geometries of a scene's nodes; an explicit stack, since they nest as the file likes.
@@ -161,16 +171,24 @@ impl<'a, 'i> File<'a, 'i> {
 
     fn primitive(&mut self, primitive: Node<'a, 'i>, X: &Matrix4<f64>) -> Result<(), String> {
         let inputs: Vec<Node<'a, 'i>> = primitive.children().filter(|c| c.has_tag_name_any("input")).collect();
-        let offset = |n: &Node<'a, 'i>| n.attribute("offset").map_or(Some(0), |o| o.parse::<usize>().ok().filter(|o| *o < 64));
+        let offset = |n: &Node<'a, 'i>| {
+            n.attribute("offset")
+                .map_or(Some(0), |o| o.parse::<usize>().ok().filter(|o| *o < 64))
+        };
         let offsets: Option<Vec<usize>> = inputs.iter().map(offset).collect();
         let offsets = offsets.ok_or_else(|| format!("{} has an offset that is no small number", at(primitive)))?;
         let stride = offsets.iter().max().map_or(1, |most| most + 1);
-        let vertex = inputs.iter().zip(&offsets).find(|(n, _)| n.attribute("semantic") == Some("VERTEX"));
+        let vertex = inputs
+            .iter()
+            .zip(&offsets)
+            .find(|(n, _)| n.attribute("semantic") == Some("VERTEX"));
         let Some((vertex, offset)) = vertex else {
             return Err(format!("{} has no input `VERTEX`", at(primitive)));
         };
         let vertices = self.named(*vertex, "source")?;
-        let position = vertices.children().find(|n| n.attribute("semantic") == Some("POSITION"));
+        let position = vertices
+            .children()
+            .find(|n| n.attribute("semantic") == Some("POSITION"));
         let position = position.ok_or_else(|| format!("{} has no input `POSITION`", at(vertices)))?;
         let first = self.points(self.named(position, "source")?, X)?;
         let n_points = self.mesh.points.len() - first;
@@ -181,14 +199,22 @@ impl<'a, 'i> File<'a, 'i> {
         };
         for p in primitive.descendants().filter(|c| c.has_tag_name_any("p")) {
             let all = indices(p)?;
-            let corners: Vec<usize> = all.chunks_exact(stride).filter_map(|c| c.get(*offset).copied()).collect();
+            let corners: Vec<usize> = all
+                .chunks_exact(stride)
+                .filter_map(|c| c.get(*offset).copied())
+                .collect();
             if corners.iter().any(|c| *c >= n_points) {
                 return Err(format!("{} names a vertex that the file lacks", at(p)));
             }
-            let corners: Vec<u32> = corners.iter().map(|c| u32::try_from(first + c).unwrap_or(u32::MAX)).collect();
+            let corners: Vec<u32> = corners
+                .iter()
+                .map(|c| u32::try_from(first + c).unwrap_or(u32::MAX))
+                .collect();
             let mut rest = corners.as_slice();
             match primitive.tag_name().name() {
-                "triangles" => corners.chunks_exact(3).try_for_each(|c| add_polygon(&mut self.mesh, c))?,
+                "triangles" => corners
+                    .chunks_exact(3)
+                    .try_for_each(|c| add_polygon(&mut self.mesh, c))?,
                 "tristrips" => corners.windows(3).try_for_each(|c| add_polygon(&mut self.mesh, c))?,
                 "polylist" => {
                     for n in &counts {
@@ -216,10 +242,17 @@ impl<'a, 'i> File<'a, 'i> {
             word.map_or(Some(default), |w| w.parse::<usize>().ok())
         };
         let (Some(stride @ 3..), Some(start)) = (of("stride", 3), of("offset", 0)) else {
-            return Err(format!("the `<accessor>` of {} does not read three numbers at a time", at(source)));
+            return Err(format!(
+                "the `<accessor>` of {} does not read three numbers at a time",
+                at(source)
+            ));
         };
         let first = self.mesh.points.len();
-        let read = numbers.get(start..).unwrap_or_default().chunks(stride).filter(|c| c.len() >= 3);
+        let read = numbers
+            .get(start..)
+            .unwrap_or_default()
+            .chunks(stride)
+            .filter(|c| c.len() >= 3);
         self.mesh
             .points
             .extend(read.map(|c| X.transform_point(&nalgebra::Point3::new(c[0], c[1], c[2])).coords));
@@ -245,7 +278,12 @@ fn transform(node: Node<'_, '_>) -> Result<Matrix4<f64>, String> {
                 }),
                 _ => return Err(format!("{} has not four numbers", at(part))),
             },
-            "skew" | "lookat" => return Err(format!("{} is not supported: apply the transforms and export again", at(part))),
+            "skew" | "lookat" => {
+                return Err(format!(
+                    "{} is not supported: apply the transforms and export again",
+                    at(part)
+                ));
+            }
             _ => continue,
         };
     }
@@ -266,7 +304,10 @@ fn matrix4(node: Node<'_, '_>) -> Result<Matrix4<f64>, String> {
     }
     let matrix = Matrix4::from_row_slice(&numbers);
     if matrix.row(3) != nalgebra::RowVector4::new(0.0, 0.0, 0.0, 1.0) {
-        return Err(format!("{} is no affine transform: its last row is not 0 0 0 1", at(node)));
+        return Err(format!(
+            "{} is no affine transform: its last row is not 0 0 0 1",
+            at(node)
+        ));
     }
     Ok(matrix)
 }

@@ -11,7 +11,10 @@ pub fn candidates(file: &str, name: &str, packages: &[String]) -> Vec<String> {
             found.push(path);
         }
     };
-    if let Some(rest) = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://")) {
+    if let Some(rest) = name
+        .strip_prefix("package://")
+        .or_else(|| name.strip_prefix("model://"))
+    {
         // Three slashes occur in vendors' files.
         let (package, path) = rest.trim_start_matches('/').split_once('/').unwrap_or((rest, ""));
         for folder in packages.iter().map(|f| f.trim_end_matches('/')) {

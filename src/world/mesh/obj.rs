@@ -6,7 +6,8 @@ use crate::geom::mesh::Mesh;
 
 /// Reads an OBJ file, or says what is wrong with it.
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let text = std::str::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.valid_up_to()))?;
+    let text =
+        std::str::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.valid_up_to()))?;
     let mut mesh = Mesh::default();
     let mut faces: Vec<(usize, Vec<u32>)> = Vec::new();
     let mut rows = text.lines().enumerate();
@@ -49,10 +50,6 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
 /// Returns the index, from 0, of the vertex that `7/1/3` names: counted from 1, or backwards from the last one so far.
 fn index(word: &str, so_far: usize) -> Option<u32> {
     let n: i64 = word.split('/').next()?.parse().ok()?;
-    let index = if n < 0 {
-        i64::try_from(so_far).ok()? + n
-    } else {
-        n - 1
-    };
+    let index = if n < 0 { i64::try_from(so_far).ok()? + n } else { n - 1 };
     u32::try_from(index).ok()
 }

@@ -35,7 +35,9 @@ fn little_endian(bytes: &[u8]) -> u32 {
 fn binary(triangles: &[u8]) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     if triangles.len() / TRIANGLE > MOST_TRIANGLES {
-        return Err(format!("it has more than {MOST_TRIANGLES} triangles; a model for collisions has some hundreds"));
+        return Err(format!(
+            "it has more than {MOST_TRIANGLES} triangles; a model for collisions has some hundreds"
+        ));
     }
     for (t, triangle) in triangles.chunks_exact(TRIANGLE).enumerate() {
         // The first three numbers are the normal.
@@ -71,7 +73,10 @@ fn ascii(text: &str) -> Result<Mesh, String> {
             }
             "endloop" => {
                 if corners.len() < 3 {
-                    return Err(format!("the face that ends in line {} has fewer than three corners", line + 1));
+                    return Err(format!(
+                        "the face that ends in line {} has fewer than three corners",
+                        line + 1
+                    ));
                 }
                 add_polygon(&mut mesh, &corners)?;
                 corners.clear();

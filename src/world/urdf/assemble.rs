@@ -5,8 +5,8 @@ use indexmap::IndexMap;
 use nalgebra::Translation3;
 use urdf_rs::{Geometry, JointType, Link};
 
-use super::{Robot, Solids};
 use super::look::{self, JointPlace, Places};
+use super::{Robot, Solids};
 use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::{Dof, Drive, Joint, JointKind, Tree};
 use crate::geom::shape::Shape;

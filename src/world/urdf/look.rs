@@ -128,15 +128,29 @@ pub fn look(text: &str, file: FileId) -> (Option<Places>, Problems) {
 /// The namespace alone says nothing: it stays in what the program writes.
 fn xacro(root: Node<'_, '_>, file: FileId) -> Option<Problem> {
     let is_xacro = |n: &Node<'_, '_>| n.tag_name().namespace().is_some_and(|space| space.contains("xacro"));
-    let has_expression = |n: &Node<'_, '_>| n.attributes().any(|a| a.value().contains("${") || a.value().contains("$("));
+    let has_expression = |n: &Node<'_, '_>| {
+        n.attributes()
+            .any(|a| a.value().contains("${") || a.value().contains("$("))
+    };
     // Not what a file carries for a simulator.
-    let ours = |n: &Node<'_, '_>| !n.ancestors().any(|a| a.has_tag_name("gazebo") || a.has_tag_name("transmission"));
+    let ours = |n: &Node<'_, '_>| {
+        !n.ancestors()
+            .any(|a| a.has_tag_name("gazebo") || a.has_tag_name("transmission"))
+    };
     let node = root
         .descendants()
         .filter(Node::is_element)
         .find(|n| (is_xacro(n) || has_expression(n)) && ours(n))?;
-    let problem = Problem::error("urdf::xacro", "this is a xacro file, from which a URDF is yet to be made", head(node, file), "");
-    Some(problem.help("run `xacro robot.urdf.xacro > robot.urdf` (of ROS, or `pip install xacro`), and name the new file"))
+    let problem = Problem::error(
+        "urdf::xacro",
+        "this is a xacro file, from which a URDF is yet to be made",
+        head(node, file),
+        "",
+    );
+    Some(
+        problem
+            .help("run `xacro robot.urdf.xacro > robot.urdf` (of ROS, or `pip install xacro`), and name the new file"),
+    )
 }
 
 /// Returns the elements that say nothing about shapes and joints.
@@ -370,10 +384,17 @@ impl Look {
             }
             "mesh" => {
                 self.attribute(geometry, "filename");
-                let scale = geometry.has_attribute("scale").then(|| self.numbers::<3>(geometry, "scale"));
+                let scale = geometry
+                    .has_attribute("scale")
+                    .then(|| self.numbers::<3>(geometry, "scale"));
                 if used && scale.flatten().is_some_and(|s| s.contains(&0.0)) {
                     let message = format!("link `{link}` has a mesh that is scaled to nothing");
-                    self.error("urdf::bad-size", message, span, "a negative factor mirrors; zero is none");
+                    self.error(
+                        "urdf::bad-size",
+                        message,
+                        span,
+                        "a negative factor mirrors; zero is none",
+                    );
                 }
                 if used {
                     self.meshes.push(span);
@@ -476,7 +497,8 @@ impl Look {
             "fixed" | "revolute" | "continuous" | "prismatic" => return Some(kind),
             "floating" | "planar" => {
                 let message = format!("joint `{joint}` is `{kind}`: it is held at zero");
-                let help = "the base of a robot is placed by the world file; elsewhere, chain revolute and prismatic joints";
+                let help =
+                    "the base of a robot is placed by the world file; elsewhere, chain revolute and prismatic joints";
                 self.problems
                     .push(Problem::warning("urdf::held-joint", message, span, "").help(help));
                 return Some("fixed");

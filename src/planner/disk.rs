@@ -1,13 +1,13 @@
-//! Reads files for the library.
+//! Reads files. All other rooms see texts alone, through [`Files`].
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-use sgap::source::Files;
+use crate::source::Files;
 
-/// The file system.
-#[derive(Debug)]
-pub(super) struct Disk;
+/// The file system. A path is relative to the working directory of the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Disk;
 
 /// A domain, world or model file is never larger [bytes].
 const LARGEST: u64 = 64 << 20;
@@ -67,7 +67,9 @@ fn bytes(path: &str, largest: u64) -> Result<Vec<u8>, String> {
 fn packages() -> Vec<String> {
     let folders = |variable: &str| -> Vec<PathBuf> {
         let value = std::env::var_os(variable).unwrap_or_default();
-        std::env::split_paths(&value).filter(|p| !p.as_os_str().is_empty()).collect()
+        std::env::split_paths(&value)
+            .filter(|p| !p.as_os_str().is_empty())
+            .collect()
     };
     let ament = folders("AMENT_PREFIX_PATH").into_iter().map(|p| p.join("share"));
     let all = folders("ROS_PACKAGE_PATH").into_iter().chain(ament);
