@@ -120,17 +120,27 @@ fn every_description_loads_or_is_refused_for_a_reason() {
         }
         let mut codes: BTreeMap<(bool, &str), usize> = BTreeMap::new();
         for problem in &problems.0 {
-            *codes.entry((problem.severity != Severity::Error, problem.code)).or_default() += 1;
+            *codes
+                .entry((problem.severity != Severity::Error, problem.code))
+                .or_default() += 1;
         }
         let what = match &world {
             Some(world) => {
                 let agent = &world.scene.agents[0];
-                let hulls = agent.bodies.iter().filter(|b| matches!(b.shape, Shape::Hull(_))).count();
+                let hulls = agent
+                    .bodies
+                    .iter()
+                    .filter(|b| matches!(b.shape, Shape::Hull(_)))
+                    .count();
                 let (links, dofs, shapes) = (agent.tree.links.len(), agent.tree.dofs.len(), agent.bodies.len());
                 format!("{links} links, {dofs} joints, {shapes} shapes of which {hulls} hulls")
             }
             // Of the description nothing is wrong: its zero is no posture to start in, or it has nothing to reach with.
-            None if problems.0.iter().all(|p| p.severity != Severity::Error || p.code.starts_with("world::")) => {
+            None if problems
+                .0
+                .iter()
+                .all(|p| p.severity != Severity::Error || p.code.starts_with("world::")) =>
+            {
                 "read".to_string()
             }
             None => "refused".to_string(),
@@ -195,11 +205,18 @@ fn each_of_them_takes_a_cup() {
     for robot in ROBOTS {
         let world = format!("tests/vendors/{robot}_pick.toml");
         let plan = sgap(&packages, &["plan", "tests/vendors/pick.hatp", &world, "--json"]);
-        assert!(plan.status.success(), "{robot}: {}", String::from_utf8_lossy(&plan.stderr));
+        assert!(
+            plan.status.success(),
+            "{robot}: {}",
+            String::from_utf8_lossy(&plan.stderr)
+        );
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plan.json");
         std::fs::write(&file, &plan.stdout).unwrap();
-        let judged = sgap(&packages, &["validate", "tests/vendors/pick.hatp", &world, file.to_str().unwrap()]);
+        let judged = sgap(
+            &packages,
+            &["validate", "tests/vendors/pick.hatp", &world, file.to_str().unwrap()],
+        );
         let said = String::from_utf8_lossy(&judged.stdout).into_owned() + &String::from_utf8_lossy(&judged.stderr);
         assert!(judged.status.success(), "{robot}: {said}");
     }

@@ -133,9 +133,11 @@ fn every_problem_has_a_case() {
                 continue;
             }
             let text = std::fs::read_to_string(path).unwrap();
-            let codes = text
-                .split('"')
-                .filter(|s| ["world::", "urdf::", "mesh::", "srdf::"].iter().any(|room| s.starts_with(room)));
+            let codes = text.split('"').filter(|s| {
+                ["world::", "urdf::", "mesh::", "srdf::"]
+                    .iter()
+                    .any(|room| s.starts_with(room))
+            });
             written.extend(codes.map(str::to_string));
         }
     }
@@ -690,7 +692,9 @@ fn the_examples_of_the_error_pages_are_true() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().to_string();
         let text = std::fs::read_to_string(&path).unwrap();
-        let is_ours = ["world-", "urdf-", "mesh-", "srdf-"].iter().any(|room| name.starts_with(room));
+        let is_ours = ["world-", "urdf-", "mesh-", "srdf-"]
+            .iter()
+            .any(|room| name.starts_with(room));
         if !is_ours || text.contains("```text") {
             continue;
         }
