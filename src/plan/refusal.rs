@@ -2,8 +2,10 @@
 //!
 //! A refusal is not a problem of the user's text (`diag::Problem`): the domain and the world are fine, this branch is not.
 
-use indexmap::IndexMap;
+use std::collections::BTreeSet;
 use std::fmt;
+
+use indexmap::IndexMap;
 
 /// Why one branch failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -339,14 +341,9 @@ impl Refusal {
             Refusal::Precondition { task, literal, .. } | Refusal::LookAhead { task, literal, .. } => {
                 format!("{task}: {literal}")
             }
-            Refusal::NoBinding {
-                task,
-                filter,
-                candidates,
-                ..
-            } => {
+            Refusal::NoBinding { task, filter, .. } => {
                 let colon = if filter.is_empty() { "" } else { ": " };
-                format!("{task}{colon}{filter} (none of {candidates})")
+                format!("{task}{colon}{filter}")
             }
             Refusal::NullArgument { argument, .. } => argument.clone(),
             Refusal::DurationOrder { task, .. } => task.clone(),
@@ -377,6 +374,7 @@ pub struct WhyNot {
     pub stuck: Option<String>,
     /// By refusal as a sentence, in the order met.
     reasons: IndexMap<String, Reason>,
+    rules: BTreeSet<String>,
     /// Refusals not kept because there were too many different ones.
     pub not_kept: u64,
 }
@@ -445,8 +443,9 @@ impl WhyNot {
         let mut rule = String::new();
         if !self.reasons.contains_key(&text) {
             rule = refusal.rule();
-            if self.reasons.len() >= MAX_REASONS {
-                // From here on the rules alone are told apart: there are as many as the domain has tests.
+            if !self.rules.insert(rule.clone()) && self.reasons.len() >= MAX_REASONS {
+                // From here on the rules alone are told apart: there are as many as the domain has tests. The first
+                // reason of each is kept with its values all the same.
                 text.clone_from(&rule);
             }
             if self.reasons.len() >= 2 * MAX_REASONS && !self.reasons.contains_key(&text) {
