@@ -9,6 +9,8 @@
 mod bad_input;
 #[path = "cli/fmt.rs"]
 mod fmt;
+#[path = "cli/hddl.rs"]
+mod hddl;
 #[path = "cli/help.rs"]
 mod help;
 #[path = "cli/problems.rs"]
@@ -19,6 +21,8 @@ mod repair;
 mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
+#[path = "cli/trace.rs"]
+mod trace;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

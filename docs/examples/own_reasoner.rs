@@ -9,7 +9,8 @@ use std::sync::Arc;
 use sgap::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use sgap::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use sgap::plan::{ActionRefusal, Cause, CauseCount};
-use sgap::{Options, Paths, Texts, plan};
+use sgap::report::text;
+use sgap::{Answer, Options, Paths, Rejected, Texts, plan};
 
 /// Two robots hand a cup along a line. `isReachable` and `hasInHand` are read from the reasoner.
 const DOMAIN: &str = "
@@ -42,16 +43,16 @@ HTN {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Where {
     At(i64),
-    HeldBy(EntityId),
+    HeldBy(String),
 }
 
-/// How everything stands.
-type State = BTreeMap<EntityId, Where>;
+/// How everything stands, by the names of the domain's entities.
+type State = BTreeMap<String, Where>;
 
 /// A solution: what it changes.
 #[derive(Debug, Clone)]
 struct Solution {
-    thing: EntityId,
+    thing: String,
     then: Where,
 }
 
@@ -66,7 +67,7 @@ struct Started {
 #[derive(Debug)]
 struct Line {
     /// From where to where each robot reaches [cm].
-    reach: BTreeMap<EntityId, (i64, i64)>,
+    reach: BTreeMap<&'static str, (i64, i64)>,
     /// The states from the start to now. A mark is how many there were, so that going back is cutting off.
     states: Vec<State>,
     started: Vec<Started>,
@@ -78,27 +79,27 @@ impl Line {
         &self.states[self.states.len() - 1]
     }
 
-    fn reaches(&self, robot: EntityId, position: i64) -> bool {
+    fn reaches(&self, robot: &str, position: i64) -> bool {
         self.reach
-            .get(&robot)
+            .get(robot)
             .is_some_and(|(from, to)| (*from..=*to).contains(&position))
     }
 
-    fn solutions(&self, name: &str, args: &[EntityId]) -> Vec<Solution> {
-        let (robot, thing) = (args[0], args[1]);
+    fn solutions(&self, name: &str, args: &[String]) -> Vec<Solution> {
         let state = self.now();
-        match (name, &state[&thing]) {
-            ("pick", Where::At(x)) if self.reaches(robot, *x) => vec![Solution {
-                thing,
-                then: Where::HeldBy(robot),
+        let [robot, thing, ..] = args else { return Vec::new() };
+        match (name, state.get(thing)) {
+            ("pick", Some(Where::At(x))) if self.reaches(robot, *x) => vec![Solution {
+                thing: thing.clone(),
+                then: Where::HeldBy(robot.clone()),
             }],
-            ("place", Where::HeldBy(holder)) if *holder == robot => {
+            ("place", Some(Where::HeldBy(holder))) if holder == robot => {
                 // Every tenth centimetre that is free; the farthest to the right first.
                 let free = |x: &i64| state.values().all(|w| *w != Where::At(*x));
                 let places = (0..=20).rev().map(|i| 10 * i);
                 let reached = places.filter(|x| self.reaches(robot, *x)).filter(free);
                 let put = |x| Solution {
-                    thing,
+                    thing: thing.clone(),
                     then: Where::At(x),
                 };
                 reached.map(put).collect()
@@ -138,18 +139,10 @@ impl Line {
 
 impl Reasoner for Line {
     fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal> {
-        let entities: Vec<EntityId> = call
-            .args
-            .iter()
-            .filter_map(|arg| match arg {
-                Value::Entity(e) => Some(*e),
-                _ => None,
-            })
-            .collect();
-        let shown: Vec<String> = call.args.iter().map(|arg| domain.show(arg)).collect();
+        let args: Vec<String> = call.args.iter().map(|arg| domain.show(arg)).collect();
         self.started.push(Started {
-            call: format!("{}({})", call.name, shown.join(", ")),
-            solutions: self.solutions(call.name, &entities),
+            call: format!("{}({})", call.name, args.join(", ")),
+            solutions: self.solutions(call.name, &args),
         });
         self.apply(GasNum(self.started.len() as u32 - 1), 0)
     }
@@ -163,17 +156,19 @@ impl Reasoner for Line {
     }
 
     fn fact(&mut self, domain: &Domain, attribute: AttributeId, entity: EntityId) -> Value {
+        let name = domain.entities[entity.index()].name.as_str();
+        let id = |name: &str| domain.entity(name);
         match domain.attributes[attribute.index()].fact.as_deref() {
             Some("isReachable") => {
-                let robots = self.reach.keys().filter(|robot| match self.now().get(&entity) {
-                    Some(Where::At(x)) => self.reaches(**robot, *x),
+                let robots = self.reach.keys().filter(|robot| match self.now().get(name) {
+                    Some(Where::At(x)) => self.reaches(robot, *x),
                     _ => false,
                 });
-                Value::Set(Arc::new(robots.copied().collect::<EntitySet>()))
+                Value::Set(Arc::new(robots.filter_map(|r| id(r)).collect::<EntitySet>()))
             }
             _ => {
-                let held = self.now().iter().find(|(_, w)| **w == Where::HeldBy(entity));
-                held.map_or(Value::Null, |(thing, _)| Value::Entity(*thing))
+                let held = self.now().iter().find(|(_, w)| **w == Where::HeldBy(name.into()));
+                held.and_then(|(thing, _)| id(thing)).map_or(Value::Null, Value::Entity)
             }
         }
     }
@@ -201,30 +196,64 @@ impl Reasoner for Line {
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Plans the task with robots that reach so far; returns how it went, and whether the line stands as at the start.
+fn solve(left: (i64, i64), right: (i64, i64)) -> Result<(Answer, bool), Rejected> {
     let files = Texts::new([("line.hatp", DOMAIN)]);
     let paths = Paths {
         domain: "line.hatp",
         task: Some("BringAll()"),
         ..Paths::default()
     };
-    // The reasoner needs the ids of the domain's entities, which the order of declarations gives.
-    let entity = |i| EntityId(i);
-    let (left, right, cup, bowl) = (entity(0), entity(1), entity(2), entity(3));
+    let start: State = BTreeMap::from([("CUP".into(), Where::At(0)), ("BOWL".into(), Where::At(50))]);
     let mut line = Line {
-        reach: BTreeMap::from([(left, (0, 110)), (right, (90, 200))]),
-        states: vec![BTreeMap::from([(cup, Where::At(0)), (bowl, Where::At(50))])],
+        reach: BTreeMap::from([("LEFT", left), ("RIGHT", right)]),
+        states: vec![start.clone()],
         started: Vec::new(),
     };
-    let mut hear = |news: &sgap::News<'_>| println!("found: {}", news.actions().join(", "));
-    let options = Options::default().best().reasoner(&mut line).on_plan(&mut hear);
-    let answer = plan(&paths, &files, options)?;
+    let answer = plan(&paths, &files, Options::default().branching(4).reasoner(&mut line))?;
+    Ok((answer, line.states == [start]))
+}
+
+fn main() -> Result<(), Rejected> {
+    let (answer, _) = solve((0, 110), (90, 200))?;
     match answer.plan() {
-        Some(plan) => print!("{}", sgap::report::text::plan(plan)),
-        None => print!(
-            "{}",
-            sgap::report::text::no_plan(answer.ending, &answer.statistics, &answer.why_not)
-        ),
+        Some(plan) => print!("{}", text::plan(plan)),
+        None => print!("{}", text::no_plan(answer.ending, &answer.statistics, &answer.why_not)),
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn things_are_brought_to_where_the_other_robot_reaches() -> Result<(), Rejected> {
+        let (answer, is_as_before) = solve((0, 110), (90, 200))?;
+        let actions: Vec<String> = answer.plans[0].actions.iter().map(|a| a.name.clone()).collect();
+        assert_eq!(actions, ["Pick", "Place", "Pick", "Place"]);
+        assert!(is_as_before, "all is undone after the search");
+        assert_eq!(answer.statistics.alternatives, 0);
+        Ok(())
+    }
+
+    /// The first places are out of the other robot's reach: further solutions are asked for in the state before.
+    #[test]
+    fn other_solutions_are_tried() -> Result<(), Rejected> {
+        let (answer, _) = solve((0, 110), (70, 90))?;
+        assert!(
+            answer.plan().is_some() && answer.statistics.alternatives > 0,
+            "{answer:?}"
+        );
+        Ok(())
+    }
+
+    #[test]
+    fn without_a_common_place_there_is_no_plan() -> Result<(), Rejected> {
+        let (answer, is_as_before) = solve((0, 110), (120, 200))?;
+        assert!(answer.plan().is_none() && is_as_before);
+        let reasons = text::reasons(&answer.why_not);
+        assert!(reasons.contains("Bring"), "{reasons}");
+        Ok(())
+    }
 }
