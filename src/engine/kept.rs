@@ -84,6 +84,7 @@ impl Search<'_> {
                 head: NONE,
                 streak: 0,
                 anchor: NONE,
+                returns: 0,
             });
             self.context.reads.clear();
             if self.try_action(node, next.action) == Flow::Back {

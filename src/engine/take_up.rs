@@ -52,6 +52,7 @@ impl<'a> Search<'a> {
             head: self.agenda.head,
             streak: 0,
             anchor: NONE,
+            returns: 0,
         });
         self.rest -= self.bounds.task(todo.task);
         self.reach(node)
@@ -105,6 +106,9 @@ impl<'a> Search<'a> {
         let Node { task, frame, .. } = self.tree.nodes[node as usize];
         let TaskId::Method(id) = task else { return Flow::Back };
         let method = &self.context.domain.methods[id.index()];
+        if self.random.is_some() {
+            return self.decompose_drawn(point, node);
+        }
         for (index, decomposition) in method.decompositions.iter().enumerate().skip(next as usize) {
             if !self.passes(&decomposition.preconditions, node, frame as usize, index as u64) {
                 continue;
@@ -124,7 +128,7 @@ impl<'a> Search<'a> {
     }
 
     /// Runs the binders of a decomposition from `binder` on; when all are done, puts it on the agenda.
-    fn bind_from(&mut self, node: u32, method: MethodId, index: usize, binder: usize) -> Flow {
+    pub fn bind_from(&mut self, node: u32, method: MethodId, index: usize, binder: usize) -> Flow {
         let domain = self.context.domain;
         let decomposition = &domain.methods[method.index()].decompositions[index];
         let frame = self.tree.nodes[node as usize].frame as usize;
@@ -139,6 +143,7 @@ impl<'a> Search<'a> {
                     let number = number as u32;
                     let found = match order {
                         SelectOrder::Sorted { .. } => self.bind_sorted(node, number),
+                        SelectOrder::Declared if self.random.is_some() => self.bind_drawn(node, number),
                         SelectOrder::Declared | SelectOrder::Once => {
                             let next = self.passing(node, number, 0);
                             next.map(|next| {
@@ -247,7 +252,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {
+    pub fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {
         let Node {
             task, decomposition, ..
         } = self.tree.nodes[node as usize];
@@ -257,7 +262,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the position of the first entity from `from` on that passes a SELECT's filter.
-    fn passing(&mut self, node: u32, binder: u32, from: u32) -> Option<u32> {
+    pub fn passing(&mut self, node: u32, binder: u32, from: u32) -> Option<u32> {
         let domain = self.context.domain;
         let Node {
             task,
@@ -355,6 +360,7 @@ impl<'a> Search<'a> {
             passing.push((self.context.number(key, frame), at));
             next = self.passing(node, binder, at + 1);
         }
+        self.draw(&mut passing);
         // Stable: ties stay in declaration order; entities without a number come last.
         passing.sort_by(|(a, _), (b, _)| match (a, b) {
             // INVARIANT: a number that an expression gives is finite; `total_cmp` would tell -0 from 0.
@@ -395,6 +401,18 @@ impl<'a> Search<'a> {
             return Flow::Back;
         };
         self.bind_from(node, method, decomposition as usize, binder as usize + 1)
+    }
+}
+
+impl<'a> Search<'a> {
+    /// Returns the task of a node's subtask, and its arguments.
+    pub fn subtask_of(&self, node: u32, subtask: usize) -> (TaskId, &'a [crate::ir::Expr]) {
+        let Node {
+            task, decomposition, ..
+        } = self.tree.nodes[node as usize];
+        let of = decomposition_of(self.context.domain, task, decomposition);
+        let subtask = of.and_then(|d| d.subtasks.get(subtask));
+        subtask.map_or((task, &[]), |s| (s.task, s.args.as_slice()))
     }
 }
 

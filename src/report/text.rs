@@ -119,11 +119,20 @@ fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut Stri
 pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String {
     let headline = match ending {
         Ending::FirstPlan | Ending::Exhausted => "no plan exists: every choice was tried".to_owned(),
-        Ending::ExhaustedTruncated(cut) => format!("no plan found: {}", truncated(cut)),
+        Ending::ExhaustedTruncated(cut) => format!("no plan found: {}{}", truncated(cut), fall_back(statistics)),
         Ending::BudgetSpent => format!("no plan found within {} expansions", statistics.expansions),
         Ending::Interrupted => "no plan found before the search was interrupted".to_owned(),
     };
     format!("{headline}\n{}", reasons(why))
+}
+
+/// Says that the search was made again without its unsafe cuts, and how far that went; nothing where it was not.
+pub fn fall_back(statistics: &Statistics) -> String {
+    match statistics.returns {
+        0 => String::new(),
+        1 => "; searched again with tasks let come back to themselves once".to_owned(),
+        n => format!("; searched again with tasks let come back to themselves up to {n} times"),
+    }
 }
 
 /// Returns the deepest point that a search without a plan reached, and what ended its branches.

@@ -11,7 +11,7 @@ factdatabase {
   ANN = new Agent; BOB = new Agent; DESK = new Lamp; HALL = new Lamp;
 }
 action Switch(Agent A, Lamp L) { preconditions { L.on != true; }; effects { L.on = true; }; duration { (1, 2) }; }
-action Shine(Lamp L) { preconditions { L.on == true; }; }
+action See(Agent A, Lamp L) { preconditions { L.on == true; }; }
 method Light(Agent A) { { subtasks { 1: Switch(A, DESK); 2: Switch(A, HALL); }; } }
 ";
 
@@ -34,8 +34,8 @@ fn read(lab: &Lab, name: &str) -> serde_json::Value {
 #[test]
 fn a_task_network_is_planned_shown_and_validated() {
     let lab = lamps();
-    let task = "hall: Switch(ANN, HALL); Shine(DESK) > lit; lit: Switch(BOB, DESK);";
-    let shown = "Switch(ANN, HALL); Shine(DESK) > 3; Switch(BOB, DESK)";
+    let task = "hall: Switch(ANN, HALL); See(ANN, DESK) > lit; lit: Switch(BOB, DESK);";
+    let shown = "Switch(ANN, HALL); See(ANN, DESK) > 3; Switch(BOB, DESK)";
     let said = lab.ends(0, &["plan", "lamps.hatp", "--task", task]);
     assert!(
         said.out.starts_with(&format!("plan of {shown}\n3 actions")),
@@ -49,20 +49,23 @@ fn a_task_network_is_planned_shown_and_validated() {
     lab.ends(0, &["validate", "lamps.hatp", "net.json", "--task", task]);
     lab.ends(0, &["validate", "lamps.hatp", "net.json", "--task", shown]);
     // The same tasks in another order are another goal.
-    for other in ["Light(ANN)", "Switch(ANN, HALL); Shine(DESK); Switch(BOB, DESK)"] {
+    for other in ["Light(ANN)", "Switch(ANN, HALL); See(ANN, DESK); Switch(BOB, DESK)"] {
         let said = lab.ends(20, &["validate", "lamps.hatp", "net.json", "--task", other]);
         said.says(&[&format!("task: the plan is for `{shown}`, the goal is `{other}`")]);
     }
     // A document that tells another order, or a plan that does not keep it.
     let text = std::fs::read_to_string(lab.path("net.json")).unwrap();
-    let damaged = text.replacen("Shine(DESK) > 3", "Shine(DESK) > 1", 1);
+    let damaged = text.replacen("See(ANN, DESK) > 3", "See(ANN, DESK) > 1", 1);
     lab.write("damaged.json", damaged);
     lab.ends(20, &["validate", "lamps.hatp", "damaged.json", "--task", task])
         .says(&["task: the plan is for"]);
-    lab.write("damaged.json", text.replacen("Shine(DESK) > 3", "Shine(DESK) > 4", 1));
+    lab.write(
+        "damaged.json",
+        text.replacen("See(ANN, DESK) > 3", "See(ANN, DESK) > 4", 1),
+    );
     lab.ends(20, &["validate", "lamps.hatp", "damaged.json", "--task", task])
-        .says(&["argument: `Shine(DESK) > 4` is not a task that comes after some of the tasks 1 to 3"]);
-    let late = "Switch(ANN, HALL) > 3; Shine(DESK) > 3; Switch(BOB, DESK)";
+        .says(&["argument: `See(ANN, DESK) > 4` is not a task that comes after some of the tasks 1 to 3"]);
+    let late = "Switch(ANN, HALL) > 3; See(ANN, DESK) > 3; Switch(BOB, DESK)";
     lab.write("damaged.json", text.replace(shown, late));
     lab.ends(20, &["validate", "lamps.hatp", "damaged.json", "--task", late])
         .says(&["subtasks: no choice of the variables of decomposition 0"]);
@@ -70,7 +73,7 @@ fn a_task_network_is_planned_shown_and_validated() {
     assert!(
         std::fs::read_to_string(lab.path("page.html"))
             .unwrap()
-            .contains("Shine(DESK) > 3")
+            .contains("See(ANN, DESK) > 3")
     );
 }
 
@@ -83,7 +86,7 @@ fn the_first_actions_of_a_plan_are_kept() {
         assert_eq!(said.out, text, "{n}");
     }
     // Another task, into which the first action fits: the rest is another one.
-    let task = "Switch(BOB, HALL); Switch(ANN, DESK); Shine(HALL) > 1";
+    let task = "Switch(BOB, HALL); Switch(ANN, DESK); See(ANN, HALL) > 1";
     let other = [
         "plan",
         "lamps.hatp",

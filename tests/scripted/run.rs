@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use sgap::check::{self, Given};
 use sgap::diag::render::render;
-use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Hooks, Kept, Outcome, Settings};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Ending, Found, Hooks, Kept, Outcome, Settings, Strategy};
 use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
@@ -16,7 +16,8 @@ use crate::reasoner::Scripted;
 
 /// First plan, three alternatives, and no budget that a small domain could reach.
 pub const FIRST: Settings = Settings {
-    branching: 3,
+    branching: Branching::Fixed(3),
+    strategy: Strategy::DepthFirst,
     aim: Aim::First,
     interleave: false,
     cuts: Cuts::On,
