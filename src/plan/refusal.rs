@@ -60,6 +60,14 @@ pub enum Refusal {
         depth: usize,
         chain: Vec<String>,
     },
+    /// A literal that a task still to be done needs is false, and nothing that comes before it can change that.
+    LookAhead {
+        task: String,
+        literal: String,
+        met: String,
+        /// The literal as the domain has it.
+        rule: String,
+    },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
     /// A plan has to begin with actions of an earlier one, and this action is not the next of them; without a task: the
@@ -243,6 +251,13 @@ impl fmt::Display for Refusal {
                 index,
                 kept,
             } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
+            Refusal::LookAhead { task, literal, met, .. } => {
+                write!(f, "{task} can't be done any more: {literal} is false")?;
+                if !met.is_empty() {
+                    write!(f, " ({met})")?;
+                }
+                Ok(())
+            }
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -271,6 +286,7 @@ impl Refusal {
             Refusal::Geometry(_) => "geometry",
             Refusal::TooCostly { .. } => "too-costly",
             Refusal::TooDeep { .. } => "too-deep",
+            Refusal::LookAhead { .. } => "look-ahead",
             Refusal::Cycle { .. } => "cycle",
             Refusal::NotKept { .. } => "not-kept",
         }
@@ -306,6 +322,7 @@ impl Refusal {
                 Some(task) => format!("{} is not the next of the kept actions", name(task)),
                 None => "nothing is left to do before all kept actions are done".into(),
             },
+            Refusal::LookAhead { task, rule, .. } => format!("{}: {rule} can't be made true any more", name(task)),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
@@ -318,8 +335,12 @@ impl Refusal {
     /// Returns what tells this refusal from others of its [`Refusal::rule`]: the arguments and values met.
     fn instance(&self) -> String {
         match self {
-            Refusal::Precondition { task, met, .. } if !met.is_empty() => format!("{task} ({met})"),
-            Refusal::Precondition { task, literal, .. } => format!("{task}: {literal}"),
+            Refusal::Precondition { task, met, .. } | Refusal::LookAhead { task, met, .. } if !met.is_empty() => {
+                format!("{task} ({met})")
+            }
+            Refusal::Precondition { task, literal, .. } | Refusal::LookAhead { task, literal, .. } => {
+                format!("{task}: {literal}")
+            }
             Refusal::NoBinding { task, filter, .. } => {
                 let colon = if filter.is_empty() { "" } else { ": " };
                 format!("{task}{colon}{filter}")

@@ -635,7 +635,8 @@ fn gripper(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Gr
         ));
         return None;
     }
-    (!dofs.is_empty()).then_some(Gripper {
+    // `joints = {}`: the fingers move in the world, though not in the URDF.
+    (!dofs.is_empty() || joints.entries().next().is_none()).then_some(Gripper {
         dofs,
         open,
         closed,

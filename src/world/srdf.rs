@@ -184,7 +184,8 @@ impl Reader<'_> {
                 continue;
             };
             // Where a floating base stands is for the world file to say.
-            if word.split_ascii_whitespace().count() > 1 {
+            let mut words = word.split_ascii_whitespace();
+            if words.clone().count() > 1 && words.all(|w| w.parse::<f64>().is_ok()) {
                 continue;
             }
             let dof = self.tree.dofs.iter().position(|d| d.name == joint);
