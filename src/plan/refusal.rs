@@ -297,7 +297,6 @@ impl Refusal {
                 format!("{}: no {further}solution", name(&refusal.call))
             }
             Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
-            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
             Refusal::TooDeep { task, depth, .. } => {
                 format!("{} goes on below itself, more than {depth} methods deep", name(task))
             }
