@@ -9,6 +9,8 @@
 mod bad_input;
 #[path = "cli/fmt.rs"]
 mod fmt;
+#[path = "cli/hddl.rs"]
+mod hddl;
 #[path = "cli/help.rs"]
 mod help;
 #[path = "cli/problems.rs"]

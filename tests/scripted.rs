@@ -15,6 +15,8 @@ mod geometry;
 mod interleave;
 #[path = "scripted/kept.rs"]
 mod kept;
+#[path = "scripted/look_ahead.rs"]
+mod look_ahead;
 #[path = "scripted/reasoner.rs"]
 mod reasoner;
 #[path = "scripted/run.rs"]

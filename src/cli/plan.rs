@@ -354,13 +354,12 @@ fn gap(ending: Ending, cost: f64, least: f64) -> String {
 
 fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
     let mut text = format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} dead ends, {} jumped, {} plans\n",
+        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} dead ends, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
         engine.repeated,
         engine.dead_ends,
-        engine.jumped,
         engine.plans,
     );
     if engine.rounds > 1 {

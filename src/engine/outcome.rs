@@ -109,8 +109,6 @@ pub struct Statistics {
     pub repeated: u64,
     /// Branches left because a task that is still to be done can't be done any more.
     pub dead_ends: u64,
-    /// Choices left because what failed did not depend on them.
-    pub jumped: u64,
     /// Searches begun: one, unless a strategy or the fall-back begins again.
     pub rounds: u64,
     /// In the fall-back, how often a task was let come back to itself; 0 if it was not needed.

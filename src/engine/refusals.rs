@@ -98,6 +98,7 @@ pub(super) enum Kind {
     TooCostly,
     TooDeep,
     Cycle,
+    LookAhead,
     NotKept,
 }
 

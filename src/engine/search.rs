@@ -16,8 +16,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
+use super::branching::{Factors, Reached};
+use super::effects::Changes;
 use super::eval::{Context, defined_fact};
 use super::kept::Kept;
+use super::look_ahead::{LookAhead, Looks};
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
 use super::observe::{Event, Observer};
@@ -69,6 +72,7 @@ pub(super) enum Choice {
         gas: GasNum,
         tried: u32,
         limit: u32,
+        reached: Reached,
     },
     /// No choice: below it, all that was tried from a state with tasks to do (`memo`).
     Watch,
@@ -148,6 +152,7 @@ pub fn repair(
         })
         .collect();
     let (prepared, bounds) = (Prepared::new(domain), Bounds::new(domain));
+    let look_ahead = LookAhead::new(domain, &Changes::new(domain));
     let start_world = reasoner.save();
     let mut rounds = Rounds::new(settings);
     let mut carried = Carried::default();
@@ -180,6 +185,9 @@ pub fn repair(
             shared: &shared,
             prepared: &prepared,
             bounds: &bounds,
+            look_ahead: &look_ahead,
+            looks: Looks::default(),
+            factors: Factors::new(domain.actions.len()),
             agenda: Agenda::new(settings.interleave),
             tree: Tree::default(),
             steps: Vec::new(),
@@ -282,6 +290,9 @@ pub(super) struct Search<'a> {
     pub shared: &'a [SlotId],
     pub prepared: &'a Prepared,
     pub bounds: &'a Bounds,
+    pub look_ahead: &'a LookAhead,
+    pub looks: Looks,
+    pub factors: Factors,
     pub agenda: Agenda,
     pub tree: Tree,
     pub steps: Vec<Step>,
@@ -345,6 +356,7 @@ impl Search<'_> {
             }
             if flow == Flow::Back {
                 self.note_deepest();
+                self.factors.note(self.steps.len());
             }
             if stop.load(Ordering::Relaxed) {
                 self.note_deepest();
@@ -399,6 +411,9 @@ impl Search<'_> {
         if self.choices.is_empty() {
             // INVARIANT: only choices keep marks over a task's end, so nobody can come back.
             self.context.state.keep();
+        }
+        if let Some(flow) = self.refuse_dead_end() {
+            return flow;
         }
         let ready = |cell, subtask| self.agenda.ready(self.prepared, cell, subtask);
         // INVARIANT: the order has no cycle (checked), so a cell has a subtask that is ready.
@@ -488,7 +503,11 @@ impl Search<'_> {
                 gas,
                 tried,
                 limit,
-            } => self.try_alternative(point, node, gas, tried, limit),
+                reached,
+            } => match self.next_alternative(node, tried, reached) {
+                Ok(best) => self.try_alternative(point, node, gas, tried, limit, best),
+                Err(flow) => flow,
+            },
             Choice::Watch => Flow::Back,
         }
     }

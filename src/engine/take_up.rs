@@ -404,6 +404,18 @@ impl<'a> Search<'a> {
     }
 }
 
+impl<'a> Search<'a> {
+    /// Returns the task of a node's subtask, and its arguments.
+    pub fn subtask_of(&self, node: u32, subtask: usize) -> (TaskId, &'a [crate::ir::Expr]) {
+        let Node {
+            task, decomposition, ..
+        } = self.tree.nodes[node as usize];
+        let of = decomposition_of(self.context.domain, task, decomposition);
+        let subtask = of.and_then(|d| d.subtasks.get(subtask));
+        subtask.map_or((task, &[]), |s| (s.task, s.args.as_slice()))
+    }
+}
+
 fn decomposition_of(domain: &Domain, task: TaskId, index: u32) -> Option<&crate::ir::Decomposition> {
     match task {
         TaskId::Method(m) => domain.methods[m.index()].decompositions.get(index as usize),

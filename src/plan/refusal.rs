@@ -2,8 +2,10 @@
 //!
 //! A refusal is not a problem of the user's text (`diag::Problem`): the domain and the world are fine, this branch is not.
 
-use indexmap::IndexMap;
+use std::collections::BTreeSet;
 use std::fmt;
+
+use indexmap::IndexMap;
 
 /// Why one branch failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +59,14 @@ pub enum Refusal {
         task: String,
         depth: usize,
         chain: Vec<String>,
+    },
+    /// A literal that a task still to be done needs is false, and nothing that comes before it can change that.
+    LookAhead {
+        task: String,
+        literal: String,
+        met: String,
+        /// The literal as the domain has it.
+        rule: String,
     },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
@@ -241,6 +251,13 @@ impl fmt::Display for Refusal {
                 index,
                 kept,
             } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
+            Refusal::LookAhead { task, literal, met, .. } => {
+                write!(f, "{task} can't be done any more: {literal} is false")?;
+                if !met.is_empty() {
+                    write!(f, " ({met})")?;
+                }
+                Ok(())
+            }
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -269,6 +286,7 @@ impl Refusal {
             Refusal::Geometry(_) => "geometry",
             Refusal::TooCostly { .. } => "too-costly",
             Refusal::TooDeep { .. } => "too-deep",
+            Refusal::LookAhead { .. } => "look-ahead",
             Refusal::Cycle { .. } => "cycle",
             Refusal::NotKept { .. } => "not-kept",
         }
@@ -304,6 +322,7 @@ impl Refusal {
                 Some(task) => format!("{} is not the next of the kept actions", name(task)),
                 None => "nothing is left to do before all kept actions are done".into(),
             },
+            Refusal::LookAhead { task, rule, .. } => format!("{}: {rule} can't be made true any more", name(task)),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
@@ -316,16 +335,15 @@ impl Refusal {
     /// Returns what tells this refusal from others of its [`Refusal::rule`]: the arguments and values met.
     fn instance(&self) -> String {
         match self {
-            Refusal::Precondition { task, met, .. } if !met.is_empty() => format!("{task} ({met})"),
-            Refusal::Precondition { task, literal, .. } => format!("{task}: {literal}"),
-            Refusal::NoBinding {
-                task,
-                filter,
-                candidates,
-                ..
-            } => {
+            Refusal::Precondition { task, met, .. } | Refusal::LookAhead { task, met, .. } if !met.is_empty() => {
+                format!("{task} ({met})")
+            }
+            Refusal::Precondition { task, literal, .. } | Refusal::LookAhead { task, literal, .. } => {
+                format!("{task}: {literal}")
+            }
+            Refusal::NoBinding { task, filter, .. } => {
                 let colon = if filter.is_empty() { "" } else { ": " };
-                format!("{task}{colon}{filter} (none of {candidates})")
+                format!("{task}{colon}{filter}")
             }
             Refusal::NullArgument { argument, .. } => argument.clone(),
             Refusal::DurationOrder { task, .. } => task.clone(),
@@ -356,6 +374,7 @@ pub struct WhyNot {
     pub stuck: Option<String>,
     /// By refusal as a sentence, in the order met.
     reasons: IndexMap<String, Reason>,
+    rules: BTreeSet<String>,
     /// Refusals not kept because there were too many different ones.
     pub not_kept: u64,
 }
@@ -424,8 +443,9 @@ impl WhyNot {
         let mut rule = String::new();
         if !self.reasons.contains_key(&text) {
             rule = refusal.rule();
-            if self.reasons.len() >= MAX_REASONS {
-                // From here on the rules alone are told apart: there are as many as the domain has tests.
+            if !self.rules.insert(rule.clone()) && self.reasons.len() >= MAX_REASONS {
+                // From here on the rules alone are told apart: there are as many as the domain has tests. The first
+                // reason of each is kept with its values all the same.
                 text.clone_from(&rule);
             }
             if self.reasons.len() >= 2 * MAX_REASONS && !self.reasons.contains_key(&text) {

@@ -393,10 +393,9 @@ fn alter(
 ) -> Option<(SlotId, Value)> {
     let slot = view.slot(entity, attribute, args, frame)?;
     let element = view.value(element, frame)?;
-    view.around.note(|touched| {
-        touched.reads.push(slot);
-        touched.writes.push(slot);
-    });
-    let set = view.values.get(slot.index())?.clone();
-    Some((slot, change(set, &element)?))
+    view.around.note(|touched| touched.reads.push(slot));
+    let set = change(view.values.get(slot.index())?.clone(), &element)?;
+    // Where NULL would be added or removed nothing is written, and nobody learns of it.
+    view.around.note(|touched| touched.writes.push(slot));
+    Some((slot, set))
 }
