@@ -88,16 +88,19 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     }
     let ready = options.inputs.load_with_goal()?;
     let plans = search_all(&ready, &options.search)?;
-    let text = match (options.json, options.search.all, plans.first()) {
-        (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
-        (true, ..) => json::write_all(&plans).map_err(no_json)?,
-        (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
-    };
-    deliver(options.output.as_deref(), &text)
-}
-
-fn no_json(error: impl std::fmt::Display) -> Failure {
-    Failure::Output(format!("can't write the plan as JSON: {error}"))
+    deliver(
+        options.output.as_deref(),
+        &mut |out| match (options.json, options.search.all, plans.first()) {
+            (true, None, Some(plan)) => json::write_to(plan, out),
+            (true, ..) => json::write_all_to(&plans, out),
+            (false, ..) => plans.iter().enumerate().try_for_each(|(i, plan)| {
+                if i > 0 {
+                    writeln!(out)?;
+                }
+                text::write_plan(plan, out)
+            }),
+        },
+    )
 }
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.

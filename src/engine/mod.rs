@@ -16,6 +16,7 @@ mod ground;
 mod hash;
 mod links;
 mod memo;
+mod names;
 mod order;
 mod outcome;
 mod prepare;

@@ -10,6 +10,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use super::history::History;
 use super::requests::{Answer, Asked, ROUNDING};
 use super::sets;
 use crate::ir::{
@@ -21,6 +22,8 @@ use crate::ir::{
 pub(super) struct Touched {
     pub(super) reads: Vec<SlotId>,
     pub(super) writes: Vec<SlotId>,
+    /// What each of `writes` was before.
+    pub(super) before: Vec<Value>,
     /// Whether geometry was asked.
     pub(super) asks: bool,
     /// Whether geometry was changed; evaluation never does.
@@ -64,15 +67,45 @@ impl<'a> Around<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) around: Around<'a>,
-    /// By slot.
-    pub(super) values: &'a [Value],
+    pub(super) values: Values<'a>,
+}
+
+/// The values of all slots.
+#[derive(Clone, Copy)]
+pub(super) enum Values<'a> {
+    Now(&'a [Value]),
+    /// After so many actions.
+    Past(&'a History, usize),
+}
+
+impl<'a> Values<'a> {
+    fn get(self, slot: SlotId) -> Option<&'a Value> {
+        match self {
+            Values::Now(values) => values.get(slot.index()),
+            Values::Past(history, time) => history.at(time, slot),
+        }
+    }
 }
 
 impl<'a> View<'a> {
     /// Returns a view without motions at hand; it takes the plan's word for what is unclear.
     pub(super) fn new(domain: &'a Domain, values: &'a [Value], asked: Option<&'a Asked<'a>>) -> Self {
-        let around = Around::new(domain, asked);
-        View { around, values }
+        View {
+            around: Around::new(domain, asked),
+            values: Values::Now(values),
+        }
+    }
+
+    /// As [`View::new`], of the state after so many actions.
+    pub(super) fn past(
+        domain: &'a Domain,
+        (history, time): (&'a History, usize),
+        asked: Option<&'a Asked<'a>>,
+    ) -> Self {
+        View {
+            around: Around::new(domain, asked),
+            values: Values::Past(history, time),
+        }
     }
 
     /// Returns a view for which a test holds only if it certainly does.
@@ -104,7 +137,7 @@ impl<'a> View<'a> {
             Expr::Attribute { base, attribute } => {
                 let slot = self.slot(&self.value(base, frame)?, *attribute)?;
                 self.around.note(|touched| touched.reads.push(slot));
-                self.values.get(slot.index()).cloned()
+                self.values.get(slot).cloned()
             }
             Expr::Request { request, args } => {
                 self.around.note(|touched| touched.asks = true);
@@ -327,7 +360,10 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
 /// does nothing.
 pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect], frame: &mut [Value]) {
     for effect in effects {
-        let view = View { around, values };
+        let view = View {
+            around,
+            values: Values::Now(values),
+        };
         match effect {
             Effect::Assign {
                 entity,
@@ -336,8 +372,7 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
             } => {
                 let slot = view.value(entity, frame).and_then(|e| view.slot(&e, *attribute));
                 if let (Some(slot), Some(value)) = (slot, view.value(value, frame)) {
-                    around.note(|touched| touched.writes.push(slot));
-                    values[slot.index()] = value;
+                    put(around, values, slot, value);
                 }
             }
             Effect::Add {
@@ -346,14 +381,14 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
                 element,
             } => alter(view, entity, *attribute, element, frame, sets::with)
                 .into_iter()
-                .for_each(|(slot, set)| values[slot.index()] = set),
+                .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Remove {
                 entity,
                 attribute,
                 element,
             } => alter(view, entity, *attribute, element, frame, sets::without)
                 .into_iter()
-                .for_each(|(slot, set)| values[slot.index()] = set),
+                .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Forall {
                 var,
                 ty,
@@ -363,7 +398,10 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
                 let before = frame[var.index()].clone();
                 for e in &around.domain.types[ty.index()].entities {
                     frame[var.index()] = Value::Entity(*e);
-                    let view = View { around, values };
+                    let view = View {
+                        around,
+                        values: Values::Now(values),
+                    };
                     if view.holds(guard, frame) {
                         apply(around, values, effects, frame);
                     }
@@ -378,6 +416,14 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
     }
 }
 
+fn put(around: Around<'_>, values: &mut [Value], slot: SlotId, value: Value) {
+    let old = std::mem::replace(&mut values[slot.index()], value);
+    around.note(|touched| {
+        touched.writes.push(slot);
+        touched.before.push(old);
+    });
+}
+
 fn alter(
     view: View<'_>,
     entity: &Expr,
@@ -388,10 +434,7 @@ fn alter(
 ) -> Option<(SlotId, Value)> {
     let slot = view.slot(&view.value(entity, frame)?, attribute)?;
     let element = view.value(element, frame)?;
-    view.around.note(|touched| {
-        touched.reads.push(slot);
-        touched.writes.push(slot);
-    });
-    let set = view.values.get(slot.index())?.clone();
+    view.around.note(|touched| touched.reads.push(slot));
+    let set = view.values.get(slot)?.clone();
     Some((slot, change(set, &element)?))
 }

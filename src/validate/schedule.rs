@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 use super::{
     Settings,
-    evaluate::{Around, Touched, View, apply},
+    evaluate::{Around, Touched, Values, View, apply},
     fault::{Checked, Fault, Kind},
     precedence::{Precedence, by_later},
     requests::Asked,
@@ -220,7 +220,7 @@ fn linear(
         };
         let view = View {
             around,
-            values: &values,
+            values: Values::Now(&values),
         };
         if let Some(test) = view.failing(&action.preconditions, &mut frame) {
             return Err((*i, test));
@@ -239,6 +239,7 @@ fn linear(
         }
         if let Some(touched) = &mut touched {
             let mut seen = seen.into_inner();
+            seen.before = Vec::new();
             seen.moves = done.shared.is_some();
             seen.writes.extend(done.shared.iter().flatten().map(|(slot, _)| *slot));
             touched.push(seen);
@@ -251,7 +252,7 @@ fn streams(plan: &Plan) -> Checked<()> {
     let mut expected: indexmap::IndexMap<&str, Vec<usize>> = indexmap::IndexMap::new();
     for (i, action) in plan.actions.iter().enumerate() {
         for agent in &action.agents {
-            expected.entry(agent).or_default().push(i);
+            expected.entry(&**agent).or_default().push(i);
         }
     }
     let empty = Vec::new();
