@@ -41,8 +41,8 @@ impl Problem {
         let (ast, problems) = syntax::parse(file, text);
         assert!(!problems.has_errors(), "{problems:?}");
         let (domain, problems) = check::compile(&[ast], &Given::default());
-        let domain = domain.unwrap_or_else(|| panic!("{problems:?}"));
-        let (goal, problems) = check::parse_goal(task, file, 0, &domain);
+        let mut domain = domain.unwrap_or_else(|| panic!("{problems:?}"));
+        let (goal, problems) = check::parse_goal(task, file, 0, &mut domain);
         let goal = goal.unwrap_or_else(|| panic!("{problems:?}"));
         Problem { domain, goal }
     }

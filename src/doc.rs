@@ -132,6 +132,7 @@ pub fn entries(file: &ast::File, text: &str) -> Vec<Entry> {
             ast::Item::Entity(_)
             | ast::Item::Initial(_)
             | ast::Item::Settings(_)
+            | ast::Item::Social(_)
             | ast::Item::TimePart(_)
             | ast::Item::Import(_) => {}
         }
@@ -157,8 +158,10 @@ fn attribute_line(attribute: &ast::Attribute) -> String {
         .as_ref()
         .map_or_else(String::new, |f| format!(" = fact {}", f.text));
     format!(
-        "{changes} {holds} {} {}{fact}",
-        attribute.base.text, attribute.name.text
+        "{changes} {holds} {} {}{}{fact}",
+        attribute.base.text,
+        attribute.name.text,
+        attribute.params_as_written()
     )
 }
 

@@ -15,12 +15,18 @@ pub mod doc;
 pub mod engine;
 pub mod geom;
 pub mod grp;
+pub mod hddl;
 pub mod ir;
 pub mod load;
 pub mod lsp;
 pub mod plan;
+pub mod planner;
 pub mod report;
 pub mod source;
 pub mod syntax;
 pub mod validate;
 pub mod world;
+
+pub use load::Paths;
+pub use planner::{Answer, Disk, News, Options, Rejected, plan};
+pub use source::{Files, Texts};

@@ -1,14 +1,17 @@
 //! Joins the two halves of the input: a domain with all its files, and the world that it is planned in.
 
 mod domain;
+mod pair;
 
 pub use domain::{DomainFiles, read as domain_files};
+pub use pair::{import_pair, is_hddl};
 
 use crate::check::{self, Given, GivenEntity, GivenLiteral, GivenValue};
 use crate::diag::{Problem, Problems, Severity};
+use crate::hddl::Names;
 use crate::ir::{self, Domain, Goal};
 use crate::source::{FileId, Files, Sources};
-use crate::syntax::ast::Unread;
+use crate::syntax::{ast::Unread, parse_network};
 use crate::world::{self, Literal, World};
 
 /// Which files and which task, as the user names them.
@@ -17,7 +20,7 @@ pub struct Paths<'a> {
     pub domain: &'a str,
     /// Further files of the domain: functions that it leaves outside.
     pub with: &'a [&'a str],
-    /// `None` plans on the symbols alone.
+    /// `None` plans on the symbols alone. Of a pair of HDDL files, the problem.
     pub world: Option<&'a str>,
     /// Overrides the world file's task.
     pub task: Option<&'a str>,
@@ -33,6 +36,8 @@ pub struct Input {
     pub goal: Option<Goal>,
     /// Whether there is no world, and the domain asks geometry all the same: what it asks is taken as granted.
     pub is_granted: bool,
+    /// Of a pair of HDDL files: what they call what.
+    pub names: Option<Names>,
 }
 
 /// Loads a domain and a world; `task` overrides the world file's. All problems of both come at once; `None` with any error.
@@ -54,6 +59,22 @@ pub fn load(
 
 /// Loads what the paths name. All problems come at once; `None` with any error.
 pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    let (input, problems) = load_to_ask(paths, sources, files);
+    let granted = input.map(|input| match paths.world {
+        Some(_) => input,
+        None => Input {
+            domain: ir::without_geometry(&input.domain),
+            ..input
+        },
+    });
+    (granted, problems)
+}
+
+/// As [`load_paths`], for a reasoner that answers without a world file: the domain keeps its geometry in any case.
+pub fn load_to_ask(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Input>, Problems) {
+    if let Some(loaded) = pair::load(paths, sources, files) {
+        return loaded;
+    }
     if let Some(problem) = confused(paths) {
         return (None, Problems(vec![problem]));
     }
@@ -80,29 +101,28 @@ pub fn load_paths(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -
         check_problems.0.retain(|p| p.code != "hatp::overruled");
     }
     problems.extend(check_problems);
-    let Some(domain) = domain else { return (None, problems) };
+    let Some(mut domain) = domain else {
+        return (None, problems);
+    };
     let goal = match (paths.task, &world.task) {
         (Some(text), _) => {
             // Like a line of a file: a mark at its end is drawn below it.
             let file = sources.add("--task", format!("{text}\n"));
-            parse_goal(text, file, 0, &domain, &mut problems)
+            parse_goal(text, file, 0, &mut domain, &mut problems)
         }
-        (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &domain, &mut problems),
+        (None, Some((text, span))) => parse_goal(text, span.file, span.start as usize, &mut domain, &mut problems),
         (None, None) => None,
     };
     if problems.has_errors() {
         return (None, problems);
     }
     let is_granted = paths.world.is_none() && ir::asks_geometry(&domain);
-    let domain = match paths.world {
-        Some(_) => domain,
-        None => ir::without_geometry(&domain),
-    };
     let input = Input {
         domain,
         world,
         goal,
         is_granted,
+        names: None,
     };
     (Some(input), problems)
 }
@@ -124,6 +144,9 @@ fn confused(paths: &Paths<'_>) -> Option<Problem> {
 
 /// Reads and checks a domain alone, with its geometry; `paths` has no world and no task.
 pub fn check_domain(paths: &Paths<'_>, sources: &mut Sources, files: &dyn Files) -> (Option<Domain>, Problems) {
+    if let Some((input, problems)) = pair::load(paths, sources, files) {
+        return (input.map(|i| i.domain), problems);
+    }
     let (read, mut problems) = domain::read(paths.domain, paths.with, sources, files);
     let Some(read) = read else { return (None, problems) };
     if !read.unread.is_empty() {
@@ -164,7 +187,7 @@ fn may_declare(unread: &Unread, code: &str) -> bool {
     }
 }
 
-/// Returns what the world declares, in the checker's terms; `task` is the text of the task to plan.
+/// Returns what the world declares, in the checker's terms; `task` is the text of the task or task network to plan.
 fn given(world: &World, task: Option<&str>) -> Given {
     let agents = world.scene.agents.iter().map(|a| (&a.id, &a.ty, true));
     let objects = world.scene.objects.iter().map(|o| (&o.id, &o.ty, false));
@@ -196,15 +219,18 @@ fn given(world: &World, task: Option<&str>) -> Given {
             span: v.span,
         })
         .collect();
+    // Whether the text is right is looked at when the domain is known.
+    let tasks = task.and_then(|text| parse_network(FileId(0), 0, text).0);
+    let tasks = tasks.into_iter().flatten().map(|task| task.call.name.text);
     Given {
         entities,
         shared: world.shared.clone(),
         values,
-        task: task.and_then(|t| t.split('(').next()).map(|t| t.trim().to_owned()),
+        tasks: tasks.collect(),
     }
 }
 
-fn parse_goal(text: &str, file: FileId, offset: usize, domain: &Domain, problems: &mut Problems) -> Option<Goal> {
+fn parse_goal(text: &str, file: FileId, offset: usize, domain: &mut Domain, problems: &mut Problems) -> Option<Goal> {
     let (goal, found) = check::parse_goal(text, file, offset, domain);
     problems.extend(found);
     goal

@@ -110,11 +110,11 @@ fn problems_of(text: &str, sources: &mut Sources) -> Problems {
 fn problems_of_goal(task: &str, context: &str, sources: &mut Sources) -> Problems {
     let file = sources.add("context.hatp", context.to_owned());
     let (ast, _) = syntax::parse(file, context);
-    let domain = check::compile(&[ast], &Given::default())
+    let mut domain = check::compile(&[ast], &Given::default())
         .0
         .expect("the context compiles");
     let file = sources.add("--task", task.to_owned());
-    check::parse_goal(task.trim_end(), file, 0, &domain).1
+    check::parse_goal(task.trim_end(), file, 0, &mut domain).1
 }
 
 /// Says how a block differs from what it announces.

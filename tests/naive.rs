@@ -29,7 +29,7 @@ const BUDGET: Budget = Budget {
 };
 
 fn choices() -> impl Strategy<Value = Vec<u16>> {
-    prop::collection::vec(any::<u16>(), 80..400)
+    prop::collection::vec(any::<u16>(), 90..420)
 }
 
 /// How many cases a property gets here; `SGAP_CASES` asks for more.

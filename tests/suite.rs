@@ -141,9 +141,9 @@ fn compile(file: FileId, text: &str, sources: &Sources) -> (Option<ir::Domain>, 
         "a check case parses: {problems:?}"
     );
     let (given, goal, levels) = header(file, text);
-    let (domain, faults) = check::compile(&[ast], &given);
+    let (mut domain, faults) = check::compile(&[ast], &given);
     problems.extend(faults);
-    if let (Some(domain), Some((goal, at))) = (&domain, goal) {
+    if let (Some(domain), Some((goal, at))) = (&mut domain, goal) {
         let (goal, faults) = check::parse_goal(&goal, file, at, domain);
         assert_eq!(goal.is_none(), faults.has_errors());
         problems.extend(faults);
@@ -186,7 +186,8 @@ fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>, Levels) 
                 });
             }
             "goal" => {
-                given.task = rest.split('(').next().map(str::to_owned);
+                let tasks = syntax::parse_network(file, begin, rest).0.unwrap_or_default();
+                given.tasks = tasks.into_iter().map(|t| t.call.name.text).collect();
                 goal = Some((rest.to_owned(), begin));
             }
             "warn" => levels.of.extend(

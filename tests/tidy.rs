@@ -34,6 +34,15 @@ const EDGES: &[(&str, &[Edge])] = &[
     ),
     ("world", &[("source", ALL), ("diag", ALL), ("geom", ALL)]),
     ("plan", &[("geom", &["Pose"])]),
+    (
+        "hddl",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("syntax", &["keywords"]),
+            ("plan", &["Node", "Plan"]),
+        ],
+    ),
     ("engine", &[("ir", ALL), ("plan", ALL)]),
     (
         "grp",
@@ -80,12 +89,26 @@ const EDGES: &[(&str, &[Edge])] = &[
         ],
     ),
     (
+        "planner",
+        &[
+            ("source", ALL),
+            ("diag", ALL),
+            ("ir", ALL),
+            ("world", &["World"]),
+            ("plan", ALL),
+            ("load", ALL),
+            ("engine", ALL),
+            ("grp", ALL),
+        ],
+    ),
+    (
         "load",
         &[
             ("source", ALL),
             ("diag", ALL),
             ("syntax", ALL),
             ("check", ALL),
+            ("hddl", ALL),
             ("ir", ALL),
             ("world", ALL),
         ],
@@ -332,7 +355,7 @@ fn codes() -> BTreeMap<String, String> {
             };
             let is_name =
                 !name.is_empty() && !name.ends_with('-') && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "world", "urdf", "plan", "output"].contains(&room) && is_name {
+            if ["hatp", "hddl", "world", "urdf", "plan", "output"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }

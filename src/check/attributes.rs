@@ -11,6 +11,9 @@ use crate::syntax::ast::{self, Item, Name};
 
 /// Attributes times entities: the table has a place for each pair. HEURISTIC: 80 MB; real domains stay below 10 000.
 const MAX_SLOTS: usize = 10_000_000;
+/// Values of attributes with arguments, all together. HEURISTIC: about 100 bytes each while planning; a domain that needs
+/// more wants narrower types.
+const MAX_ARGUMENT_SLOTS: usize = 5_000_000;
 
 impl Names {
     /// Declares all attributes and gives each entity its slots.
@@ -47,6 +50,9 @@ impl Names {
         for attribute in &mut self.domain.attributes {
             attribute.slots = vec![None; self.domain.entities.len()];
         }
+        let Some(n_values) = self.lay_out_arguments(problems) else {
+            return;
+        };
         for (e, entity) in self.domain.entities.iter().enumerate() {
             let mut at = Some(entity.ty);
             let mut ids: Vec<ir::AttributeId> = Vec::new();
@@ -65,20 +71,62 @@ impl Names {
                 let Some(attribute) = self.domain.attributes.get_mut(id.index()) else {
                     continue;
                 };
-                if let Some(slot) = attribute.slots.get_mut(e) {
+                let n = n_values.get(id.index()).copied().unwrap_or(1);
+                if let Some(slot) = attribute.slots.get_mut(e).filter(|_| n > 0) {
                     *slot = Some(ir::SlotId(self.domain.slots.len() as u32));
                 }
-                self.domain.slots.push(ir::Slot {
+                let slot = ir::Slot {
                     entity: EntityId(e as u32),
                     attribute: id,
-                });
-                self.domain.initial.push(match (attribute.is_set, attribute.base) {
+                };
+                let unset = match (attribute.is_set, attribute.base) {
                     (false, _) => ir::Value::Null,
                     (true, Base::Entity(_)) => ir::Value::Set(Default::default()),
                     (true, Base::Number | Base::Bool | Base::String) => ir::Value::Scalars(Default::default()),
-                });
+                };
+                self.domain.slots.extend(std::iter::repeat_n(slot, n));
+                self.domain.initial.extend(std::iter::repeat_n(unset, n));
             }
         }
+    }
+
+    /// Says how far each argument moves a slot; returns how many values each attribute has for one entity. Reports the first
+    /// attribute with which they are too many.
+    fn lay_out_arguments(&mut self, problems: &mut Problems) -> Option<Vec<usize>> {
+        let domain = &mut self.domain;
+        let mut n_all = 0_usize;
+        let mut n_values = Vec::with_capacity(domain.attributes.len());
+        for (attribute, span) in domain.attributes.iter_mut().zip(&self.attribute_spans) {
+            let entities_of = |ty: TypeId| domain.types.get(ty.index()).map_or(&[][..], |t| &t.entities);
+            let sizes = attribute.arguments.iter().map(|a| entities_of(a.ty).len());
+            let n = sizes.fold(1, usize::saturating_mul);
+            n_values.push(n);
+            if attribute.arguments.is_empty() {
+                continue;
+            }
+            n_all = n_all.saturating_add(n.saturating_mul(entities_of(attribute.owner).len()));
+            if n_all > MAX_ARGUMENT_SLOTS {
+                let name = Name {
+                    text: attribute.name.clone(),
+                    span: *span,
+                };
+                problems.push(problems::too_many_argument_slots(&name, MAX_ARGUMENT_SLOTS));
+                return None;
+            }
+            let mut step = 1_u32;
+            for argument in attribute.arguments.iter_mut().rev() {
+                argument.offsets = vec![None; domain.entities.len()];
+                let of_type = entities_of(argument.ty);
+                for (i, entity) in of_type.iter().enumerate() {
+                    if let Some(offset) = argument.offsets.get_mut(entity.index()) {
+                        // INVARIANT: below the number of values, which is small here unless there are none at all.
+                        *offset = Some(step.saturating_mul(i as u32));
+                    }
+                }
+                step = step.saturating_mul(of_type.len() as u32);
+            }
+        }
+        Some(n_values)
     }
 
     fn add_attribute(&mut self, owner: TypeId, attribute: &ast::Attribute, problems: &mut Problems) {
@@ -91,6 +139,23 @@ impl Names {
         let Some(base) = self.base_named(&attribute.base, problems) else {
             return;
         };
+        let mut arguments = Vec::new();
+        for param in &attribute.params {
+            match self.base_named(&param.ty, problems) {
+                Some(Base::Entity(ty)) => arguments.push(ir::Argument {
+                    ty,
+                    offsets: Vec::new(),
+                }),
+                Some(other @ (Base::Number | Base::Bool | Base::String)) => {
+                    let found = Kind::of(other, false).words(&self.domain);
+                    let problem = problems::wrong_type(param.ty.span, "a type of entities", &found);
+                    problems
+                        .push(problem.help("there is a value for each choice of entities, and they must be countable"));
+                    return;
+                }
+                None => return,
+            }
+        }
         let declared = ir::Attribute {
             name: name.text.clone(),
             owner,
@@ -98,6 +163,7 @@ impl Names {
             is_set: attribute.is_set,
             base,
             fact: None,
+            arguments,
             slots: Vec::new(),
         };
         self.domain.attributes.push(declared);
@@ -127,6 +193,11 @@ impl Names {
         if let Some(old) = attribute.fact.as_deref().filter(|old| *old != fact) {
             let message = format!("`{name}` is read from fact `{old}` in the domain and from `{fact}` here");
             problems.push(problems::wrong_fact(message, span, "remove one of the two"));
+            return;
+        }
+        if !attribute.arguments.is_empty() {
+            let message = format!("fact `{fact}` gives one value for each entity, and `{name}` has arguments");
+            problems.push(problems::wrong_fact(message, span, "ask the fact in a test instead"));
             return;
         }
         if attribute.is_static {

@@ -63,6 +63,15 @@ pub(super) struct Walk<'a> {
     pub wanted: &'static str,
 }
 
+/// An attribute of an entity, with its arguments.
+pub(super) struct Place {
+    pub entity: Expr,
+    pub attribute: AttributeId,
+    pub args: Box<[Expr]>,
+    /// What it holds.
+    pub kind: Kind,
+}
+
 /// An expression that stands where something went wrong; never reaches a `Domain`.
 fn nothing() -> Expr {
     Expr::Const(ir::Value::Null)
@@ -300,15 +309,29 @@ impl Walk<'_> {
     }
 
     pub(super) fn path(&mut self, path: &ast::Path) -> (Expr, Kind) {
-        let mut out = self.root(&path.root);
-        let mut span = path.root.span;
-        for step in &path.steps {
+        self.steps(&path.root, &path.steps)
+    }
+
+    fn steps(&mut self, root: &Name, steps: &[ast::PathStep]) -> (Expr, Kind) {
+        let mut out = self.root(root);
+        let mut span = root.span;
+        for (i, step) in steps.iter().enumerate() {
             out = match self.step(out, span, step) {
-                Some((base, attribute, kind)) => {
-                    let base = Box::new(base);
-                    (Expr::Attribute { base, attribute }, kind)
+                Some(Place {
+                    entity,
+                    attribute,
+                    args,
+                    kind,
+                }) => {
+                    let base = Box::new(entity);
+                    (Expr::Attribute { base, attribute, args }, kind)
                 }
-                None => return (nothing(), Kind::Unknown),
+                None => {
+                    // What is wrong in the arguments behind it is told all the same.
+                    let behind = steps.iter().skip(i + 1).flat_map(|s| &s.args);
+                    behind.for_each(|a| drop(self.single(a)));
+                    return (nothing(), Kind::Unknown);
+                }
             };
             span = span.to(step.span);
         }
@@ -316,8 +339,25 @@ impl Walk<'_> {
     }
 
     /// Returns the parts of `base.step`; `span` is that of `base`.
-    fn step(&mut self, base: (Expr, Kind), span: Span, step: &Name) -> Option<(Expr, AttributeId, Kind)> {
-        let ty = match base.1 {
+    fn step(&mut self, base: (Expr, Kind), span: Span, step: &ast::PathStep) -> Option<Place> {
+        let found = self.attribute_at(base.1, span, &step.name);
+        let Some(attribute) = found else {
+            step.args.iter().for_each(|a| drop(self.single(a)));
+            return None;
+        };
+        let declared = self.names.domain.attributes.get(attribute.index())?;
+        let kind = Kind::of(declared.base, declared.is_set);
+        Some(Place {
+            entity: base.0,
+            attribute,
+            args: self.attribute_arguments(attribute, step)?,
+            kind,
+        })
+    }
+
+    /// Returns the attribute of that name that something of kind `base` has.
+    fn attribute_at(&mut self, base: Kind, span: Span, name: &Name) -> Option<AttributeId> {
+        let ty = match base {
             Kind::Entity(ty) => ty,
             Kind::Unknown => return None,
             Kind::Any => {
@@ -332,13 +372,38 @@ impl Walk<'_> {
                 return None;
             }
         };
-        let attribute = self.names.attribute_named(ty, step, self.problems)?;
-        let declared = self.names.domain.attributes.get(attribute.index())?;
-        Some((base.0, attribute, Kind::of(declared.base, declared.is_set)))
+        self.names.attribute_named(ty, name, self.problems)
     }
 
-    /// Returns entity, attribute and its kind of a path that is to be set.
-    pub(super) fn target(&mut self, path: &ast::Path) -> Option<(Expr, AttributeId, Kind)> {
+    /// Returns the arguments that a step gives to its attribute, checked against what is declared.
+    pub(super) fn attribute_arguments(&mut self, attribute: AttributeId, step: &ast::PathStep) -> Option<Box<[Expr]>> {
+        let domain = &self.names.domain;
+        let wanted: Vec<Kind> = match domain.attributes.get(attribute.index()) {
+            Some(declared) => declared.arguments.iter().map(|a| Kind::Entity(a.ty)).collect(),
+            None => return None,
+        };
+        let declared = self.names.attribute_spans.get(attribute.index()).copied();
+        if wanted.len() != step.args.len() {
+            let wanted: Vec<String> = wanted.iter().map(|k| k.declared(domain)).collect();
+            let problem = problems::wrong_attribute_arguments(step, &wanted, declared);
+            step.args.iter().for_each(|a| drop(self.single(a)));
+            self.problems.push(problem);
+            return None;
+        }
+        let mut args = Vec::with_capacity(wanted.len());
+        for (arg, kind) in step.args.iter().zip(wanted) {
+            let (value, found) = self.single(arg);
+            // NULL is no entity: there is no such place, ever.
+            let misfit = self.misfit(arg, found, kind);
+            let misfit = misfit.map(|p| problems::noted(p, declared, "declared here"));
+            self.problems.0.extend(misfit);
+            args.push(value);
+        }
+        Some(args.into())
+    }
+
+    /// Returns the place of a value that is to be set.
+    pub(super) fn target(&mut self, path: &ast::Path) -> Option<Place> {
         let Some((last, before)) = path.steps.split_last() else {
             let (_, kind) = self.root(&path.root);
             let problem = self.mismatch(path.span, "an attribute", kind);
@@ -347,12 +412,7 @@ impl Walk<'_> {
             return None;
         };
         let span = before.last().map_or(path.root.span, |s| path.root.span.to(s.span));
-        let base = ast::Path {
-            root: path.root.clone(),
-            steps: before.to_vec(),
-            span,
-        };
-        let base = self.path(&base);
+        let base = self.steps(&path.root, before);
         self.step(base, span, last)
     }
 

@@ -69,7 +69,11 @@ pub(super) fn compile(items: &[&Item], names: &mut Names, problems: &mut Problem
 /// Adds the names of all functions that `expr` calls.
 fn collect_calls<'a>(expr: &'a ast::Expr, out: &mut IndexSet<&'a str>) {
     match &expr.kind {
-        ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null | ExprKind::Path(_) => {}
+        ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null => {}
+        ExprKind::Path(path) => {
+            let args = path.steps.iter().flat_map(|s| &s.args);
+            args.for_each(|a| collect_calls(a, out));
+        }
         ExprKind::Call(call) => {
             out.insert(&call.name.text);
             call.args.iter().for_each(|a| collect_calls(a, out));
@@ -170,9 +174,10 @@ fn substitute(expr: &Expr, args: &[Expr]) -> Expr {
     match expr {
         Expr::Var(var) => args.get(var.index()).unwrap_or(expr).clone(),
         Expr::Const(_) | Expr::GeometricCost | Expr::GeometricDuration => expr.clone(),
-        Expr::Attribute { base, attribute } => Expr::Attribute {
+        Expr::Attribute { base, attribute, args } => Expr::Attribute {
             base: boxed(base),
             attribute: *attribute,
+            args: all(args).into(),
         },
         Expr::Size(set) => Expr::Size(boxed(set)),
         Expr::Negate(inner) => Expr::Negate(boxed(inner)),

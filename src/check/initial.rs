@@ -8,9 +8,9 @@ use super::kinds::Kind;
 use super::methods::{constant, set_of, typed};
 use super::names::Names;
 use super::{Given, GivenLiteral, GivenValue, problems};
-use crate::diag::Problems;
-use crate::ir::{Base, EntityId, Expr, SlotId, Value};
-use crate::syntax::ast::{AssignOp, Assignment, Item, Name};
+use crate::diag::{Problem, Problems};
+use crate::ir::{AttributeId, Base, EntityId, Expr, SlotId, Value};
+use crate::syntax::ast::{self, AssignOp, Assignment, ExprKind, Item, Name, Path, PathStep};
 
 /// Fills `names.domain.initial`.
 pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions: &Functions, problems: &mut Problems) {
@@ -34,15 +34,21 @@ pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions:
 impl Walk<'_> {
     fn initial(&mut self, assignment: &Assignment, given: &Given) {
         let n_before = self.problems.0.len();
-        let Some((entity, attribute, kind)) = self.target(&assignment.target) else {
+        let Some(place) = self.target(&assignment.target) else {
             self.single(&assignment.value);
             return;
         };
-        let value = self.new_value(assignment, attribute, kind);
+        let attribute = place.attribute;
+        let value = self.new_value(assignment, attribute, place.kind);
         if self.problems.0.len() > n_before {
             return;
         }
-        let Expr::Const(Value::Entity(entity)) = entity else {
+        let entity = |expr: &Expr| match expr {
+            Expr::Const(Value::Entity(entity)) => Some(*entity),
+            _ => None,
+        };
+        let args: Option<Vec<EntityId>> = place.args.iter().map(entity).collect();
+        let (Some(entity), Some(args)) = (entity(&place.entity), args) else {
             let help = "write `ENTITY.attribute = value;`";
             let message = "an initial value belongs to one entity";
             self.problems
@@ -74,7 +80,7 @@ impl Walk<'_> {
         let slot = domain
             .attributes
             .get(attribute.index())
-            .and_then(|a| a.slots.get(entity.index()).copied().flatten());
+            .and_then(|a| a.slot(entity, &args));
         let Some(initial) = slot.and_then(|s| domain.initial.get_mut(s.index())) else {
             return;
         };
@@ -109,11 +115,16 @@ fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
     let Some(ty) = names.domain.entities.get(entity.index()).map(|e| e.ty) else {
         return;
     };
-    let attribute = Name {
-        text: value.attribute.clone(),
-        span: value.span,
+    let Some(step) = given_step(value) else {
+        let message = format!("`{}` is no attribute", value.attribute);
+        let problem = Problem::error("hatp::unknown-attribute", message, value.span, "");
+        problems.push(problem.help("write `attribute`, or with arguments `attribute(ENTITY)`"));
+        return;
     };
-    let Some(attribute) = names.attribute_named(ty, &attribute, problems) else {
+    let Some(attribute) = names.attribute_named(ty, &step.name, problems) else {
+        return;
+    };
+    let Some(args) = given_arguments(attribute, &step, names, problems) else {
         return;
     };
     let Some(declared) = names.domain.attributes.get(attribute.index()) else {
@@ -123,7 +134,7 @@ fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
         problems.push(problems::overruled(&value.entity, &value.attribute, value.span));
     }
     let (base, is_set) = (declared.base, declared.is_set);
-    let slot: Option<SlotId> = declared.slots.get(entity.index()).copied().flatten();
+    let slot: Option<SlotId> = declared.slot(entity, &args);
     let literals: Option<Vec<Value>> = value
         .values
         .iter()
@@ -142,6 +153,56 @@ fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
     if let Some(initial) = slot.and_then(|s| names.domain.initial.get_mut(s.index())) {
         *initial = new;
     }
+}
+
+/// Reads `can_traverse(W1, W2)`.
+fn given_step(value: &GivenValue) -> Option<PathStep> {
+    let (text, args) = match value.attribute.split_once('(') {
+        Some((name, args)) => (name, args.strip_suffix(')')?.split(',').collect()),
+        None => (value.attribute.as_str(), Vec::new()),
+    };
+    let name = |text: &str| Name {
+        text: text.trim().into(),
+        span: value.span,
+    };
+    let args = args.into_iter().map(|arg| ast::Expr {
+        kind: ExprKind::Path(Path {
+            root: name(arg),
+            steps: Vec::new(),
+            span: value.span,
+        }),
+        span: value.span,
+    });
+    Some(PathStep {
+        name: name(text),
+        args: args.collect(),
+        span: value.span,
+    })
+}
+
+/// Returns the entities of `can_traverse(W1, W2)`.
+fn given_arguments(
+    attribute: AttributeId,
+    step: &PathStep,
+    names: &mut Names,
+    problems: &mut Problems,
+) -> Option<Vec<EntityId>> {
+    let n_before = problems.0.len();
+    let functions = Functions::default();
+    let mut walk = Walk {
+        names,
+        functions: &functions,
+        problems,
+        scope: Scope::default(),
+        wanted: "number",
+    };
+    let args = walk.attribute_arguments(attribute, step)?;
+    let entities = args.iter().map(|arg| match arg {
+        Expr::Const(Value::Entity(entity)) => Some(*entity),
+        _ => None,
+    });
+    let entities = entities.collect();
+    (problems.0.len() == n_before).then_some(entities)?
 }
 
 fn literal(

@@ -92,7 +92,12 @@ impl Walk<'_> {
         self.scope.bound.truncate(n_params);
         self.scope.later.clear();
         self.scope.next_quantified = n_params as u32;
-        self.order(decomposition, &mut subtasks);
+        let steps = decomposition.steps.iter().filter_map(|step| match step {
+            Step::Subtask(subtask) => Some(subtask),
+            Step::Select(_) | Step::Let(_) => None,
+        });
+        let help = "a label is the number and `:` before a subtask of this block";
+        self.order(&steps.collect::<Vec<_>>(), &mut subtasks, help);
         ir::Decomposition {
             preconditions,
             binders,
@@ -180,13 +185,8 @@ impl Walk<'_> {
         })
     }
 
-    /// Resolves labels and order marks, and refuses an order that goes round.
-    fn order(&mut self, decomposition: &ast::Decomposition, subtasks: &mut [ir::Subtask]) {
-        let steps = decomposition.steps.iter().filter_map(|step| match step {
-            Step::Subtask(subtask) => Some(subtask),
-            Step::Select(_) | Step::Let(_) => None,
-        });
-        let steps: Vec<&ast::Subtask> = steps.collect();
+    /// Resolves labels and order marks, and refuses an order that goes round; `help` says what a label is.
+    pub(super) fn order(&mut self, steps: &[&ast::Subtask], subtasks: &mut [ir::Subtask], help: &str) {
         let mut labels: IndexMap<&str, (usize, Span)> = IndexMap::new();
         for (i, step) in steps.iter().enumerate() {
             let Some(label) = &step.label else { continue };
@@ -198,7 +198,7 @@ impl Walk<'_> {
             }
         }
         let mut after: Vec<Vec<usize>> = Vec::new();
-        for step in &steps {
+        for step in steps {
             let mut before = Vec::new();
             for label in &step.after {
                 match labels.get(label.text.as_str()) {
@@ -209,7 +209,7 @@ impl Walk<'_> {
                         let mut problem =
                             problems::unknown("hatp::unknown-label", "label", &label.text, label.span, known);
                         if problem.help.is_none() {
-                            problem = problem.help("a label is the number and `:` before a subtask of this block");
+                            problem = problem.help(help);
                         }
                         self.problems.push(problem);
                     }

@@ -21,6 +21,7 @@ mod order;
 mod problems;
 mod remedy;
 mod settings;
+mod social;
 mod tasks;
 mod test;
 
@@ -46,8 +47,8 @@ pub struct Given {
     pub shared: Vec<(String, String, Span)>,
     /// Initial values; they replace the domain's.
     pub values: Vec<GivenValue>,
-    /// Name of the task to plan, if one is named; whether there is such a task is not checked here.
-    pub task: Option<String>,
+    /// Names of the tasks to plan, if any; whether there are such tasks is not checked here.
+    pub tasks: Vec<String>,
 }
 
 /// An agent or object of the world.
@@ -102,6 +103,7 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     let functions = functions::compile(&items, &mut names, &mut problems);
     facts::compile(&items, &mut names, &functions, &mut problems);
     settings::fill(&items, &mut names, &mut problems);
+    social::fill(&items, &mut names, &functions, &mut problems);
     initial::fill(&items, given, &mut names, &functions, &mut problems);
     for item in &items {
         match item {
@@ -119,8 +121,8 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     let is_whole = files.iter().all(|f| f.unread.is_empty());
     if is_whole && !problems.has_errors() {
         let mut linted = lints::Linted::new(&items, &names.domain, &names.attribute_spans);
-        linted.has_world = !given.entities.is_empty() || given.task.is_some();
-        linted.task = given.task.as_deref();
+        linted.has_world = !given.entities.is_empty() || !given.tasks.is_empty();
+        linted.tasks = &given.tasks;
         linted.main = files.last().map(|file| file.span.file);
         problems.extend(lints::run(&linted));
     }
@@ -207,9 +209,9 @@ mod tests {
             problems.extend(faults);
             // No problem points into the prelude: `render` would have no such file.
             render(&problems, &sources, false);
-            if let Some(domain) = domain {
+            if let Some(mut domain) = domain {
                 ir::dump(&domain);
-                parse_goal(&text, file, 0, &domain);
+                parse_goal(&text, file, 0, &mut domain);
             }
         }
     }

@@ -4,7 +4,7 @@ use super::functions::TooLarge;
 use crate::diag::Problem;
 use crate::diag::suggest::{did_you_mean, nearest};
 use crate::source::Span;
-use crate::syntax::ast::Name;
+use crate::syntax::ast::{Name, PathStep};
 
 use super::PRELUDE;
 
@@ -119,6 +119,32 @@ pub(super) fn wrong_count(what: &str, name: &Name, wanted: &[String], found: usi
     noted(problem, Some(declared), "declared here").help(format!("write `{}({})`", name.text, wanted.join(", ")))
 }
 
+/// `wanted` are the types that the attribute asks for.
+pub(super) fn wrong_attribute_arguments(step: &PathStep, wanted: &[String], declared: Option<Span>) -> Problem {
+    let (name, found) = (&step.name.text, step.args.len());
+    let (message, label, help) = match wanted.len() {
+        0 => (
+            format!("attribute `{name}` takes no arguments, found {found}"),
+            "no arguments wanted".to_owned(),
+            format!("write `{name}`"),
+        ),
+        n => {
+            let plural = if n == 1 { "argument" } else { "arguments" };
+            (
+                format!("attribute `{name}` takes {n} {plural}, found {found}"),
+                format!("{n} {plural} wanted"),
+                format!("write `{name}({})`", wanted.join(", ")),
+            )
+        }
+    };
+    noted(
+        Problem::error("hatp::wrong-count", message, step.span, label),
+        declared,
+        "declared here",
+    )
+    .help(help)
+}
+
 pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
     let message = format!("`{owner}.{}` is static and can't change", name.text);
     Problem::error("hatp::static-assigned", message, name.span, "set here")
@@ -157,6 +183,48 @@ pub(super) fn negative_cost(value: f64, span: Span) -> Problem {
     let message = format!("the cost is {value}, and must be 0 or more");
     Problem::error("hatp::negative-cost", message, span, "")
         .help("the search cuts off what costs more than the best plan")
+}
+
+/// `weight` is `None` where it is no constant number.
+pub(super) fn bad_weight(weight: Option<f64>, span: Span) -> Problem {
+    let message = match weight {
+        Some(weight) => format!("the weight is {weight}, and must be 0 or more"),
+        None => "a weight must be a constant number".to_owned(),
+    };
+    Problem::error("hatp::bad-weight", message, span, "")
+        .help("what a rule counts makes a plan worse: write `weight 2`, or `0.5 * makespan`")
+}
+
+pub(super) fn part_of_cost(name: &str, span: Span) -> Problem {
+    let message = format!("social rule `{name}` has the name of a part of every plan's cost");
+    Problem::error("hatp::duplicate-name", message, span, "declared again").help("give it another name")
+}
+
+pub(super) fn empty_sequence(span: Span) -> Problem {
+    let message = "an undesirable sequence without an action";
+    Problem::error("hatp::bad-sequence", message, span, "no action of it is named")
+        .help("write the actions in their order: `Put(A, O, T); Pick(A, O) immediate;`")
+}
+
+pub(super) fn immediate_first(span: Span) -> Problem {
+    let message = "the first action of a sequence comes after no other";
+    Problem::error("hatp::bad-sequence", message, span, "`immediate` after what?").help("remove `immediate`")
+}
+
+pub(super) fn not_an_action(name: &Name, declared: Span) -> Problem {
+    let message = format!("`{}` is a method, and a sequence is one of actions", name.text);
+    noted(
+        Problem::error("hatp::bad-sequence", message, name.span, "no action"),
+        Some(declared),
+        "declared here",
+    )
+    .help("name the actions that it leads to")
+}
+
+pub(super) fn too_many_choices(found: usize, limit: usize, span: Span) -> Problem {
+    let message = format!("the parameters of this rule have {found} choices, more than {limit}");
+    Problem::error("hatp::too-large", message, span, "tested in every state")
+        .help("use fewer parameters, or `EXIST` for some of them")
 }
 
 pub(super) fn bad_duration(least: f64, most: f64, span: Span) -> Problem {
@@ -223,6 +291,14 @@ pub(super) fn too_large(why: TooLarge, span: Span) -> Option<Problem> {
 pub(super) fn too_many_slots(n_attributes: usize, n_entities: usize, span: Span) -> Problem {
     let message = format!("{n_attributes} attributes and {n_entities} entities are too many together");
     Problem::error("hatp::too-large", message, span, "").help("declare only the entities that the task needs")
+}
+
+pub(super) fn too_many_argument_slots(name: &Name, limit: usize) -> Problem {
+    let message = format!(
+        "`{}` and the attributes before it have more than {limit} values: one for each choice of entity and arguments",
+        name.text
+    );
+    Problem::error("hatp::too-large", message, name.span, "").help("give it narrower types, or declare fewer entities")
 }
 
 pub(super) fn too_many_supertypes(name: &Name, limit: usize) -> Problem {

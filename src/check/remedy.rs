@@ -35,7 +35,10 @@ impl Walk<'_> {
                 // Its own attributes first, then those of the types above.
                 let mut of = Some(of);
                 while let Some(ty) = of {
-                    let own = domain.attributes.iter().filter(|a| a.owner == ty);
+                    let own = domain
+                        .attributes
+                        .iter()
+                        .filter(|a| a.owner == ty && a.arguments.is_empty());
                     let mut fit = own.filter(|a| Kind::of(a.base, a.is_set).fits(wanted, domain));
                     if let Some(attribute) = fit.next() {
                         return Some(format!("did you mean its attribute `{}`?", attribute.name));

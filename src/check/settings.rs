@@ -1,13 +1,13 @@
 //! `settings { interleave = true; }`: what a domain says of how it wants to be planned.
 
 use super::names::Names;
-use super::problems;
+use super::{problems, social};
 use crate::diag::Problems;
 use crate::source::Span;
 use crate::syntax::ast::{ExprKind, Item};
 
 /// All settings that there are.
-const KNOWN: [&str; 1] = ["interleave"];
+const KNOWN: [&str; 2] = ["interleave", "cost"];
 
 /// Fills `names.domain.settings`.
 pub(super) fn fill(items: &[&Item], names: &mut Names, problems: &mut Problems) {
@@ -28,6 +28,10 @@ pub(super) fn fill(items: &[&Item], names: &mut Names, problems: &mut Problems) 
             continue;
         }
         seen.push((&name.text, name.span));
+        if name.text == "cost" {
+            names.domain.settings.cost = social::formula(&setting.value, problems);
+            continue;
+        }
         match setting.value.kind {
             ExprKind::Bool(on) => names.domain.settings.interleave = on,
             _ => {

@@ -1,6 +1,6 @@
 //! Actions: preconditions, projection, effects, cost and duration (thesis 4.3.3, listing 4.2).
 
-use super::expr::{Scope, Walk};
+use super::expr::{Place, Scope, Walk};
 use super::functions::{Functions, Value, constant_number};
 use super::kinds::Kind;
 use super::names::Names;
@@ -236,7 +236,13 @@ impl Walk<'_> {
 
     fn assignment(&mut self, assignment: &ast::Assignment) -> Option<Effect> {
         let target = self.target(&assignment.target);
-        let Some((entity, attribute, kind)) = target else {
+        let Some(Place {
+            entity,
+            attribute,
+            args,
+            kind,
+        }) = target
+        else {
             // The value's own problems are told all the same.
             self.single(&assignment.value);
             return None;
@@ -250,7 +256,7 @@ impl Walk<'_> {
             .map_or("?", |t| t.name.as_str());
         if declared.is_static {
             let span = self.names.attribute_spans.get(attribute.index()).copied();
-            let name = assignment.target.steps.last()?;
+            let name = &assignment.target.steps.last()?.name;
             let problem = problems::static_assigned(owner, name, span.unwrap_or(name.span));
             self.problems.push(problem);
         }
@@ -259,16 +265,19 @@ impl Walk<'_> {
             AssignOp::Set => Effect::Assign {
                 entity,
                 attribute,
+                args,
                 value,
             },
             AssignOp::Add => Effect::Add {
                 entity,
                 attribute,
+                args,
                 element: value,
             },
             AssignOp::Remove => Effect::Remove {
                 entity,
                 attribute,
+                args,
                 element: value,
             },
         })

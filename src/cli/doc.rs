@@ -3,9 +3,9 @@
 use clap::Args;
 
 use super::code;
-use super::disk::Disk;
 use super::output::{Failure, print, say};
 use super::problems::{ProblemOptions, To};
+use sgap::Disk;
 use sgap::diag::suggest::did_you_mean;
 use sgap::diag::{Problem, Problems};
 use sgap::doc::{self, Entry};

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::disk::Disk;
 use super::output::{Failure, print, say, write_file};
 use super::{code, report};
+use sgap::Disk;
 use sgap::diag::render::fitted;
 use sgap::diag::{Problem, Problems};
 use sgap::source::{Files, Sources};

@@ -1,9 +1,9 @@
 //! `sgap lsp`.
 
 use clap::Args;
+use sgap::Disk;
 
 use super::code;
-use super::disk::Disk;
 use super::output::{Failure, say};
 
 /// How to talk.

@@ -1,11 +1,11 @@
 //! The command line: arguments in, text out, exit code. The only place with a clock, a file system and a terminal.
 
 mod check;
-mod disk;
 mod doc;
 mod explain;
 mod facts;
 mod fmt;
+mod import;
 mod lsp;
 mod output;
 mod plan;
@@ -17,16 +17,18 @@ mod view;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use disk::Disk;
 use output::{Failure, say};
-use problems::{ProblemOptions, To};
+use problems::{Form, ProblemOptions, To};
 use sgap::diag::levels::Levels;
 use sgap::diag::{Problem, Problems};
+use sgap::hddl::Names;
 use sgap::ir;
 use sgap::load::{Input, Paths, check_domain, load_paths};
 use sgap::plan::Plan;
+use sgap::planner::{self, Disk};
 use sgap::report::json;
 use sgap::source::Sources;
 use sgap::world::World;
@@ -70,7 +72,8 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
-  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3")]
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
+  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
     #[command(after_help = "Examples:
@@ -102,6 +105,13 @@ enum Command {
   sgap fmt --check domains/three_objects.hatp domains/ramification.hatp
   sgap fmt - < domains/three_objects.hatp")]
     Fmt(fmt::Options),
+    /// Tell a domain and a problem of HDDL in HATP
+    ///
+    /// `sgap plan` takes the pair as well, without this step.
+    #[command(after_help = "Examples:
+  sgap import tests/hddl/transport.hddl tests/hddl/transport_1.hddl -o transport.hatp
+  sgap plan transport.hatp --task 'Problem()'")]
+    Import(import::Options),
     /// Print every geometric fact of a world's start state
     #[command(after_help = "Examples:
   sgap facts worlds/three_objects.toml
@@ -127,9 +137,9 @@ enum Command {
 /// A domain, and a world if geometry is to be asked.
 #[derive(Debug, Args)]
 struct Inputs {
-    /// Domain file (.hatp, .dom)
+    /// Domain file (.hatp, .dom, .hddl)
     domain: PathBuf,
-    /// World file (.toml); without one the symbols alone are planned
+    /// World file (.toml); without one the symbols alone are planned. Behind a domain in HDDL, its problem (.hddl)
     world: Option<PathBuf>,
     /// Another file of the domain, such as the functions that it leaves outside; may be given several times
     #[arg(long, value_name = "FILE")]
@@ -183,18 +193,16 @@ impl Inputs {
     fn load_with_goal(&self) -> Result<Ready, Failure> {
         let input = self.load()?;
         let Some(goal) = input.goal else {
-            let (path, help) = match &self.world {
-                Some(world) => (
-                    world,
-                    "add `task = \"Task(ARGUMENTS)\"` at its top, or give `--task 'Task(ARGUMENTS)'`",
-                ),
-                None => (
-                    &self.domain,
-                    "give `--task 'Task(ARGUMENTS)'`, or a world file with `task = \"Task(ARGUMENTS)\"`",
-                ),
+            let (domain, world) = (
+                self.domain.to_string_lossy(),
+                self.world.as_ref().map(|w| w.to_string_lossy()),
+            );
+            let paths = Paths {
+                domain: &domain,
+                world: world.as_deref(),
+                ..Paths::default()
             };
-            let message = format!("`{}` names no task", path.display());
-            let problem = Problem::unplaced("world::no-task", message).help(help);
+            let problem = planner::no_task(&paths);
             let problems = Problems(vec![problem]);
             return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
@@ -204,8 +212,9 @@ impl Inputs {
         Ok(Ready {
             domain: input.domain,
             world: input.world,
-            has_world: self.world.is_some(),
+            has_world: self.world.is_some() && input.names.is_none(),
             goal,
+            names: input.names,
         })
     }
 }
@@ -220,7 +229,7 @@ fn load_world(path: &Path, options: &ProblemOptions) -> Result<World, Failure> {
 /// Reads a plan as `sgap plan --json` writes it.
 fn read_plan(path: &Path) -> Result<Plan, Failure> {
     let path = path.to_string_lossy();
-    disk::read_plan(&path)
+    Disk::read_plan(&path)
         .and_then(|text| json::read(&text))
         .or_else(|why| {
             let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
@@ -235,6 +244,8 @@ struct Ready {
     world: World,
     has_world: bool,
     goal: ir::Goal,
+    /// Of a pair of HDDL files.
+    names: Option<Names>,
 }
 
 /// Prints the problems; ends with exit code 1 if there is no value.
@@ -250,16 +261,28 @@ fn report<T>(problems: Problems, sources: &Sources, value: Option<T>) -> Result<
     value.ok_or(Failure::Code(code::PROBLEMS))
 }
 
+/// Prints a problem without a place and fails.
+fn fail(problem: Problem) -> Failure {
+    let _ = report(Problems(vec![problem]), &Sources::default(), None::<()>);
+    Failure::Code(code::PROBLEMS)
+}
+
 /// Prints why geometry can't be asked about a world.
 fn no_geometry(why: impl std::fmt::Display) -> Failure {
-    let problems = Problems(vec![Problem::unplaced("world::no-geometry", why.to_string())]);
-    let _ = report(problems, &Sources::default(), None::<()>);
-    Failure::Code(code::PROBLEMS)
+    fail(Problem::unplaced("world::no-geometry", why.to_string()))
 }
 
 /// Runs the program and returns its exit code.
 pub(crate) fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = Cli::command().get_matches();
+    if let Some((name, options)) = matches.subcommand()
+        && name != "plan"
+        && matches!(options.try_get_one("format"), Ok(Some(Form::Ipc)))
+    {
+        let message = "only `sgap plan` of a pair of HDDL files has a plan to write with `--format ipc`\n";
+        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
+    }
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     let result = match &cli.command {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
@@ -267,6 +290,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Explain(options) => explain::run(options),
         Command::Doc(options) => doc::run(options),
         Command::Fmt(options) => fmt::run(options),
+        Command::Import(options) => import::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
         Command::Lsp(options) => lsp::run(options),

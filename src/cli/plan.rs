@@ -8,11 +8,14 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::output::{Failure, check_place, deliver, say};
+use super::problems::Form;
 use super::progress::Progress;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Budget, Cuts, Ending};
-use sgap::grp::{self, Grp};
+use sgap::engine::{self, Aim, Cuts, Ending};
+use sgap::grp;
+use sgap::hddl;
 use sgap::plan::Plan;
+use sgap::planner::{self, Answer, News};
 use sgap::report::{json, text};
 
 /// What to search, and how long.
@@ -78,16 +81,43 @@ fn seconds(text: &str) -> Result<Duration, String> {
 /// A year; nobody waits longer [s].
 const LONGEST: f64 = 31_536_000.0;
 
-/// HEURISTIC budgets of geometry that no user needs to know.
-const IK_RESTARTS: u32 = 8;
-const MOTION_SAMPLES: u32 = 3000;
+impl SearchOptions {
+    /// Returns what the library is asked for.
+    fn settings<'a>(&self) -> sgap::Options<'a> {
+        let mut options = sgap::Options::default()
+            .branching(self.branching)
+            .seed(self.seed)
+            .placements(self.placements)
+            .max_expansions(self.max_expansions)
+            .max_depth(self.max_depth);
+        options.search.aim = match self.all {
+            Some(n) => Aim::All(n),
+            None if self.best => Aim::Best,
+            None => Aim::First,
+        };
+        options.search.cuts = if self.no_cuts { Cuts::Off } else { Cuts::On };
+        options.interleave = self.interleave;
+        options
+    }
+}
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if let Some(path) = &options.output {
         check_place(path)?;
     }
     let ready = options.inputs.load_with_goal()?;
+    let as_ipc = options.inputs.problems.format == Form::Ipc;
+    if as_ipc && (options.json || ready.names.is_none()) {
+        say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
+        return Err(Failure::Code(code::WRONG_USAGE));
+    }
     let plans = search_all(&ready, &options.search)?;
+    if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
+        let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
+        let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
+        let text = texts.ok_or_else(not_whole)?.join("\n");
+        return deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()));
+    }
     deliver(
         options.output.as_deref(),
         &mut |out| match (options.json, options.search.all, plans.first()) {
@@ -131,88 +161,58 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             });
         }
     }
-    let Ready {
-        domain, world, goal, ..
-    } = ready;
-    let settings = engine::Settings {
-        branching: options.branching,
-        aim: match options.all {
-            Some(n) => Aim::All(n),
-            None if options.best => Aim::Best,
-            None => Aim::First,
-        },
-        interleave: options.interleave.unwrap_or(domain.settings.interleave),
-        cuts: if options.no_cuts { Cuts::Off } else { Cuts::On },
-        budget: Budget {
-            expansions: options.max_expansions,
-            depth: options.max_depth,
-        },
-    };
-    let geometry = grp::Settings {
-        placements: options.placements,
-        ik_restarts: IK_RESTARTS,
-        motion_samples: MOTION_SAMPLES,
-    };
-    let mut grp = match ready.has_world {
-        true => Some(Grp::new(world, geometry, options.seed, Arc::clone(&stop)).map_err(super::no_geometry)?),
-        false => None,
-    };
-    let mut granted = engine::Granted::default();
-    let reasoner: &mut dyn engine::Reasoner = match &mut grp {
-        Some(grp) => grp,
-        None => &mut granted,
-    };
     let progress = Progress::new("planning; Ctrl-C ends it with the best plan so far");
-    let outcome = engine::solve(domain, goal, reasoner, &settings, &stop, &mut |found, statistics| {
+    let mut on_plan = |news: &News<'_>| {
         if options.best {
-            let (n, cost) = (found.steps.len(), found.cost);
-            progress.say(&format!("plan {}: {n} actions, cost {cost:.4}\n", statistics.plans));
+            let (n, cost) = (news.found.steps.len(), news.found.cost);
+            progress.say(&format!(
+                "plan {}: {n} actions, cost {cost:.4}\n",
+                news.statistics.plans
+            ));
         }
-    });
+    };
+    let settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    let world = ready.has_world.then_some(&ready.world);
+    let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
+    let answer = answer.map_err(super::fail)?;
     if options.stats {
-        let counts = grp.as_ref().map(Grp::counts);
-        say(&statistics(&outcome.statistics, counts.as_ref(), begin.elapsed()));
+        say(&statistics(
+            &answer.statistics,
+            answer.geometry.as_ref(),
+            begin.elapsed(),
+        ));
     }
-    match outcome.found {
-        Some(found) => {
-            let timed_out = timed_out.load(Ordering::Relaxed);
-            if options.best {
-                let ended = how_it_ended(outcome.ending, options, timed_out);
-                let gap = gap(outcome.ending, found.cost, outcome.least_cost);
-                say(&format!("best plan{ended}{gap}\n"));
-            }
-            if let Some(wanted) = options.all {
-                let n = 1 + outcome.others.len();
-                say(&how_many(
-                    n,
-                    wanted,
-                    outcome.ending,
-                    &outcome.statistics,
-                    options,
-                    timed_out,
-                ));
-            }
-            let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
-            let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
-            Ok(std::iter::once(&found).chain(&outcome.others).map(document).collect())
-        }
-        None => {
-            let limit = match (outcome.ending, options.timeout) {
-                (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
-                (Ending::Interrupted, Some(limit)) if timed_out.load(Ordering::Relaxed) => Some(in_time(limit)),
-                _ => None,
-            };
-            say(&match limit {
-                Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&outcome.why_not)),
-                None => text::no_plan(outcome.ending, &outcome.statistics, &outcome.why_not),
-            });
-            Err(Failure::Code(match outcome.ending {
-                Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
-                Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
-                Ending::BudgetSpent | Ending::Interrupted => code::NO_PLAN_BUDGET,
-            }))
-        }
+    let timed_out = timed_out.load(Ordering::Relaxed);
+    let Some(plan) = answer.plan() else {
+        say(&no_plan(&answer, options, timed_out));
+        return Err(Failure::Code(match answer.ending {
+            Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
+            Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
+            Ending::BudgetSpent | Ending::Interrupted => code::NO_PLAN_BUDGET,
+        }));
+    };
+    if options.best {
+        let ended = how_it_ended(answer.ending, options, timed_out);
+        let gap = gap(answer.ending, plan.cost, answer.least_cost);
+        say(&format!("best plan{ended}{gap}\n"));
+    }
+    if let Some(wanted) = options.all {
+        say(&how_many(&answer, wanted, options, timed_out));
+    }
+    Ok(answer.plans)
+}
+
+/// Returns why there is no plan.
+fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {
+    let limit = match (answer.ending, options.timeout) {
+        (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
+        (Ending::Interrupted, Some(limit)) if timed_out => Some(in_time(limit)),
+        _ => None,
+    };
+    match limit {
+        Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&answer.why_not)),
+        None => text::no_plan(answer.ending, &answer.statistics, &answer.why_not),
     }
 }
 
@@ -247,15 +247,9 @@ fn how_it_ended(ending: Ending, options: &SearchOptions, timed_out: bool) -> Str
 }
 
 /// Says why there are fewer plans than were asked for; nothing if there are as many.
-fn how_many(
-    n: usize,
-    wanted: u32,
-    ending: Ending,
-    counts: &engine::Statistics,
-    options: &SearchOptions,
-    timed_out: bool,
-) -> String {
-    let why = match ending {
+fn how_many(answer: &Answer, wanted: u32, options: &SearchOptions, timed_out: bool) -> String {
+    let (n, counts) = (answer.plans.len(), &answer.statistics);
+    let why = match answer.ending {
         Ending::FirstPlan => return String::new(),
         Ending::Exhausted if counts.repeated > 0 => "every choice was tried but what goes round in a circle".into(),
         Ending::Exhausted => "every choice was tried".into(),

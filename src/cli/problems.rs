@@ -34,6 +34,8 @@ pub(super) enum Form {
     Concise,
     /// One JSON object on each line
     Json,
+    /// `plan` of an HDDL pair only: the plan in the form of the planning competition; problems as `human`
+    Ipc,
 }
 
 /// Where problems go.
@@ -89,7 +91,7 @@ impl ProblemOptions {
         let problems = self.levels().apply(problems, sources);
         if !problems.0.is_empty() {
             let text = match self.format {
-                Form::Human => render::render(&problems, sources, output::stderr_has_colors()),
+                Form::Human | Form::Ipc => render::render(&problems, sources, output::stderr_has_colors()),
                 Form::Concise => render::render_concise(&problems, sources),
                 Form::Json => json::lines(&problems, sources),
             };

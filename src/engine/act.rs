@@ -1,6 +1,8 @@
 //! Applies actions: precondition, projection onto geometry, effects, cost and duration.
 
 use super::ground;
+use super::objective::Touched;
+use super::observe::Event;
 use super::outcome::{Node, Step};
 use super::reasoner::{Call, GasNum, GasRef, Projection};
 use super::refusals::Kind;
@@ -43,13 +45,16 @@ impl Search<'_> {
             args: &args,
             constraints: &constraints,
         };
+        if self.observer.is_some() {
+            self.tell_projecting(node, &call);
+        }
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
                 let limit = action.alternatives.unwrap_or(self.settings.branching);
                 self.push_alternatives(point, node, solution, limit);
                 self.apply_action(node, Some((point, solution)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
@@ -58,18 +63,21 @@ impl Search<'_> {
         self.statistics.projections += 1;
         self.statistics.alternatives += 1;
         self.read_before(node);
+        self.tell(|_| Event::Alternative { node, tried });
         match self.context.reasoner.find_alternative(gas, tried) {
             Ok(projection) => {
                 self.push_alternatives(point, node, projection, limit);
                 self.apply_action(node, Some((point, projection)))
             }
-            Err(refusal) => self.refuse_geometry(refusal),
+            Err(refusal) => self.refuse_geometry(node, refusal),
         }
     }
 
-    fn refuse_geometry(&mut self, refusal: crate::plan::ActionRefusal) -> Flow {
+    fn refuse_geometry(&mut self, node: u32, refusal: crate::plan::ActionRefusal) -> Flow {
         self.truncated.geometry += u64::from(!refusal.exhausted);
-        self.reasons.add_geometry(&Refusal::Geometry(refusal));
+        let refusal = Refusal::Geometry(refusal);
+        self.reasons.add_geometry(&refusal);
+        self.tell_refused(node, 0, Some(&refusal));
         Flow::Back
     }
 
@@ -172,6 +180,20 @@ impl Search<'_> {
             duration: (least.max(geometric.1), most.max(geometric.1)),
             slots,
         });
+        self.tell(|search| Event::Applied {
+            node,
+            cost,
+            gas: projected.map(|(_, p)| p.gas),
+            n_actions: search.steps.len(),
+        });
+        if let (Some(objective), Some(step)) = (&mut self.objective, self.steps.last()) {
+            let [from, to, end] = slots.map(|at| at as usize);
+            let touched = Touched {
+                reads: &self.slots[from..to],
+                writes: &self.slots[to..end],
+            };
+            objective.push(&mut self.context, &self.tree, step, touched);
+        }
         let guard = self.guard();
         self.agenda.finish(self.prepared, node, guard);
         self.too_costly().unwrap_or(Flow::Forward)

@@ -75,7 +75,7 @@ fn range(domain: &Domain, expr: &Expr) -> (f64, f64) {
     match expr {
         Expr::Const(Value::Number(x)) => (*x, *x),
         Expr::Attribute { attribute, .. } if is_static(domain, *attribute) => {
-            let slots = domain.attributes[attribute.index()].slots.iter().flatten();
+            let slots = domain.slots_of(*attribute);
             let numbers = slots.filter_map(|slot| match domain.initial[slot.index()] {
                 Value::Number(x) => Some(x),
                 _ => None,

@@ -8,8 +8,8 @@ use super::links::links;
 use super::names::Names;
 use super::outcome::{Found, NONE};
 use super::reasoner::GasRef;
-use crate::ir::{Domain, EntityId, Goal, TaskId, Value};
-use crate::plan::{Action, Geometry, Node, Plan, VERSION};
+use crate::ir::{ActionId, Domain, EntityId, Goal, TaskId, Value};
+use crate::plan::{Action, CostPart, Geometry, Node, Plan, VERSION};
 
 /// Returns the document of a found plan; `geometry` tells the choices and motions of a projection.
 pub fn document(
@@ -28,7 +28,7 @@ pub fn document(
     let mut acting = Vec::new();
     let mut actions: Vec<Action> = Vec::with_capacity(found.steps.len());
     for (index, step) in found.steps.iter().enumerate() {
-        agents(found, domain, index, &mut acting);
+        list_agents(domain, step.action, found.args(domain, step), &mut acting);
         let start = acting
             .iter()
             .map(|a| free_at[a.index()])
@@ -59,14 +59,13 @@ pub fn document(
                 .collect(),
         });
     }
-    let arguments = names.values(&goal.args).join(", ");
-    let task = format!("{}({arguments})", domain.task_name(goal.task));
     Plan {
         format: "sgap-plan".into(),
         version: VERSION,
-        task,
+        task: domain.show_task(goal.task, &goal.args),
         seed,
         cost: found.cost,
+        cost_parts: cost_parts(found, domain),
         makespan: actions.iter().map(|a| a.end).fold(0.0, f64::max),
         interleaved: found.interleaved,
         actions,
@@ -79,17 +78,39 @@ pub fn document(
     }
 }
 
-/// Lists the agents of a step, each once, the acting one first.
-fn agents(found: &Found, domain: &Domain, index: usize, agents: &mut Vec<EntityId>) {
+/// Returns what the plan's cost consists of; nothing where it is the sum of the actions' costs.
+fn cost_parts(found: &Found, domain: &Domain) -> Vec<CostPart> {
+    let formula = domain.settings.cost;
+    let own = [("sum", formula.sum), ("makespan", formula.makespan)];
+    let own = own.into_iter().map(|(name, weight)| (name, name, weight));
+    let rules = domain.social.iter().map(|r| (r.name.as_str(), r.kind.word(), r.weight));
+    let parts = own.chain(rules).zip(&found.amounts);
+    parts
+        .map(|((name, kind, weight), amount)| CostPart {
+            name: name.to_owned(),
+            kind: kind.to_owned(),
+            amount: *amount,
+            weight,
+            cost: weight * amount,
+        })
+        .collect()
+}
+
+/// Returns the agents of an action, each once, the acting one first.
+pub(super) fn agents_of(domain: &Domain, action: ActionId, args: &[Value]) -> Vec<EntityId> {
+    let mut agents = Vec::new();
+    list_agents(domain, action, args, &mut agents);
+    agents
+}
+
+fn list_agents(domain: &Domain, action: ActionId, args: &[Value], agents: &mut Vec<EntityId>) {
     agents.clear();
-    let step = &found.steps[index];
-    let args = found.args(domain, step);
     let mut add = |agent| {
         if !agents.contains(&agent) {
             agents.push(agent);
         }
     };
-    for position in &domain.actions[step.action.index()].agents {
+    for position in &domain.actions[action.index()].agents {
         match &args[*position] {
             Value::Entity(e) => add(*e),
             Value::Set(set) => set.iter().for_each(&mut add),

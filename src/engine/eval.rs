@@ -162,8 +162,8 @@ impl Context<'_> {
         Some(match expr {
             Expr::Const(value) => value.clone(),
             Expr::Var(var) => frame[var.index()].clone(),
-            Expr::Attribute { base, attribute } => {
-                let slot = self.target(base, *attribute, frame)?;
+            Expr::Attribute { base, attribute, args } => {
+                let slot = self.target(base, *attribute, args, frame)?;
                 self.reads.push(slot);
                 self.slot(slot)
             }
@@ -310,9 +310,10 @@ impl Context<'_> {
                 Effect::Assign {
                     entity,
                     attribute,
+                    args,
                     value,
                 } => {
-                    let target = self.target(entity, *attribute, frame);
+                    let target = self.target(entity, *attribute, args, frame);
                     if let (Some(slot), Some(value)) = (target, self.value(value, frame)) {
                         self.state.set(slot, value);
                         writes.push(slot);
@@ -321,14 +322,16 @@ impl Context<'_> {
                 Effect::Add {
                     entity,
                     attribute,
+                    args,
                     element,
                 }
                 | Effect::Remove {
                     entity,
                     attribute,
+                    args,
                     element,
                 } => {
-                    let target = self.target(entity, *attribute, frame);
+                    let target = self.target(entity, *attribute, args, frame);
                     let (Some(slot), Some(element)) = (target, self.value(element, frame)) else {
                         continue;
                     };
@@ -366,20 +369,30 @@ impl Context<'_> {
 
     /// Returns the slot of an attribute of what a path leads to; `None` when the path goes through NULL: an effect then
     /// changes nothing.
-    fn target(&mut self, entity: &Expr, attribute: AttributeId, frame: &mut [Value]) -> Option<SlotId> {
+    fn target(&mut self, entity: &Expr, attribute: AttributeId, args: &[Expr], frame: &mut [Value]) -> Option<SlotId> {
+        let entity = self.entity(entity, frame)?;
+        let attribute = &self.domain.attributes[attribute.index()];
+        let mut slot = attribute.slots[entity.index()]?;
+        for (argument, arg) in attribute.arguments.iter().zip(args) {
+            slot.0 += argument.offsets[self.entity(arg, frame)?.index()]?;
+        }
+        Some(slot)
+    }
+
+    /// Returns the entity, or `None` where there is none.
+    fn entity(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<EntityId> {
         let n_reads = self.reads.len();
-        let entity = match see(self.domain, self.state, &mut self.reads, entity, frame) {
-            Seen::Here(Value::Entity(e)) => *e,
-            Seen::Here(_) | Seen::Nowhere => return None,
+        match see(self.domain, self.state, &mut self.reads, expr, frame) {
+            Seen::Here(Value::Entity(e)) => Some(*e),
+            Seen::Here(_) | Seen::Nowhere => None,
             Seen::NotYet => {
                 self.reads.truncate(n_reads);
-                match self.computed(entity, frame)? {
-                    Value::Entity(e) => e,
-                    _ => return None,
+                match self.computed(expr, frame)? {
+                    Value::Entity(e) => Some(e),
+                    _ => None,
                 }
             }
-        };
-        self.domain.attributes[attribute.index()].slots[entity.index()]
+        }
     }
 }
 
@@ -389,7 +402,7 @@ fn see<'v>(domain: &Domain, state: &'v State, reads: &mut Vec<SlotId>, expr: &'v
     match expr {
         Expr::Const(value) => Seen::Here(value),
         Expr::Var(var) => Seen::Here(&frame[var.index()]),
-        Expr::Attribute { base, attribute } => see_path(domain, state, reads, base, *attribute, frame),
+        Expr::Attribute { base, attribute, args } => see_path(domain, state, reads, base, (*attribute, args), frame),
         _ => Seen::NotYet,
     }
 }
@@ -399,7 +412,7 @@ fn see_path<'v>(
     state: &'v State,
     reads: &mut Vec<SlotId>,
     base: &'v Expr,
-    attribute: AttributeId,
+    (attribute, args): (AttributeId, &'v [Expr]),
     frame: &'v [Value],
 ) -> Seen<'v> {
     let base = match see(domain, state, reads, base, frame) {
@@ -409,9 +422,24 @@ fn see_path<'v>(
     let Value::Entity(entity) = base else {
         return Seen::Nowhere;
     };
-    let Some(slot) = domain.attributes[attribute.index()].slots[entity.index()] else {
+    let attribute = &domain.attributes[attribute.index()];
+    let Some(mut slot) = attribute.slots[entity.index()] else {
         return Seen::Nowhere;
     };
+    for (argument, arg) in attribute.arguments.iter().zip(args) {
+        let arg = match see(domain, state, reads, arg, frame) {
+            Seen::Here(arg) => arg,
+            other => return other,
+        };
+        let offset = match arg {
+            Value::Entity(arg) => argument.offsets[arg.index()],
+            _ => None,
+        };
+        match offset {
+            Some(offset) => slot.0 += offset,
+            None => return Seen::Nowhere,
+        }
+    }
     reads.push(slot);
     state.get(slot).map_or(Seen::NotYet, Seen::Here)
 }

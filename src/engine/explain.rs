@@ -29,20 +29,13 @@ pub(super) fn failed_literal(context: &mut Context<'_>, test: &Test, frame: &mut
         .take(MOST_MET)
         .map(|s| {
             let value = context.slot(*s);
-            format!("{} is {}", slot_name(context.domain, *s), context.domain.show(&value))
+            format!("{} is {}", context.domain.slot_name(*s), context.domain.show(&value))
         })
         .collect();
     let more = if slots.len() > MOST_MET { ", ..." } else { "" };
     let domain = context.domain;
     let literal = show_test(domain, test, &|var| domain.show(&frame[var.index()]));
     (literal, met.join(", ") + more)
-}
-
-/// Returns `RED_CUBE.isOn`.
-pub(super) fn slot_name(domain: &Domain, slot: SlotId) -> String {
-    let place = domain.slots[slot.index()];
-    let (entity, attribute) = (place.entity.index(), place.attribute.index());
-    format!("{}.{}", domain.entities[entity].name, domain.attributes[attribute].name)
 }
 
 /// Attribute values shown with a literal.

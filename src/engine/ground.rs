@@ -216,7 +216,8 @@ fn term(context: &mut Context<'_>, expr: &Expr, frame: &mut [Value]) -> Option<T
         }
         // Only a truth value, and that is no term.
         Expr::Fact { .. } => None,
-        Expr::Size(inner) | Expr::Attribute { base: inner, .. } if asks(inner) => None,
+        Expr::Size(inner) if asks(inner) => None,
+        Expr::Attribute { base, args, .. } if asks(base) || args.iter().any(asks) => None,
         Expr::SetWith { set, element } | Expr::SetWithout { set, element } if asks(set) || asks(element) => None,
         Expr::List(elements) if elements.iter().any(asks) => None,
         Expr::Const(_)
@@ -256,7 +257,7 @@ fn asks(expr: &Expr) -> bool {
     match expr {
         Expr::Request { .. } | Expr::Fact { .. } => true,
         Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => false,
-        Expr::Attribute { base, .. } => asks(base),
+        Expr::Attribute { base, args, .. } => asks(base) || args.iter().any(asks),
         Expr::Size(inner) | Expr::Negate(inner) => asks(inner),
         Expr::List(elements) => elements.iter().any(asks),
         Expr::Arithmetic { left, right, .. } => asks(left) || asks(right),
@@ -301,6 +302,7 @@ mod tests {
             is_set: true,
             base,
             fact: None,
+            arguments: Vec::new(),
             slots: vec![Some(SlotId(slot)), None, None],
         };
         let mut limits = crate::ir::ScalarSet::default();
@@ -366,6 +368,7 @@ mod tests {
         Expr::Attribute {
             base: Box::new(Expr::Const(Value::Entity(R))),
             attribute: AttributeId(i),
+            args: Box::default(),
         }
     }
 
@@ -459,6 +462,7 @@ mod tests {
             Expr::Attribute {
                 base: Box::new(var(1)),
                 attribute: AttributeId(0),
+                args: Box::default(),
             },
         );
         assert_eq!(grounded(&Test::Holds(without)), FALSE);

@@ -132,12 +132,20 @@ impl Search<'_> {
         let Some(key) = self.key(node) else { return true };
         match self.memo.known.get(&key) {
             Some(Known::Open(above)) => {
-                self.memo.highest = self.memo.highest.min(*above);
+                let above = *above;
+                self.memo.highest = self.memo.highest.min(above);
+                // A circle can be worth its cost where that is not a sum: it evens out efforts, or parts two actions.
+                let at = self.tree.nodes.get(above as usize).map(|n| n.at as usize);
+                if self.objective.is_some() && at != Some(self.steps.len()) {
+                    self.truncated.cycles += 1;
+                }
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(cost)) if self.cost >= *cost => {
                 self.statistics.repeated += 1;
+                self.tell_repeated(node);
                 return false;
             }
             Some(Known::Failed(_)) => {}
@@ -172,7 +180,8 @@ impl Search<'_> {
             Aim::First | Aim::Best => true,
             Aim::All(_) => watch.plans == self.n_derivations,
         };
-        if is_whole && has_failed && self.truncated == cut {
+        // Of what else the cost of the actions to come depends on, the key knows nothing.
+        if is_whole && has_failed && self.truncated == cut && self.objective.is_none() {
             let cost = match self.settings.aim {
                 Aim::Best => watch.cost,
                 Aim::First | Aim::All(_) => f64::NEG_INFINITY,

@@ -17,6 +17,8 @@ mod hash;
 mod links;
 mod memo;
 mod names;
+mod objective;
+mod observe;
 mod order;
 mod outcome;
 mod prepare;
@@ -30,6 +32,7 @@ mod state;
 mod take_up;
 
 pub use document::document;
+pub use observe::{Event, Observer};
 pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
-pub use search::solve;
+pub use search::{solve, solve_observed};

@@ -2,7 +2,6 @@
 
 use rustc_hash::FxHashMap;
 
-use super::explain::slot_name;
 use crate::ir::{Domain, SlotId, TaskId, Value};
 use crate::plan::Text;
 
@@ -41,7 +40,7 @@ impl<'a> Names<'a> {
     /// Returns `RED_CUBE.isOn`.
     pub fn slot(&mut self, slot: SlotId) -> Text {
         let name = &mut self.slots[slot.index()];
-        name.get_or_insert_with(|| slot_name(self.domain, slot).into()).clone()
+        name.get_or_insert_with(|| self.domain.slot_name(slot).into()).clone()
     }
 
     /// Returns the value as the language writes it.

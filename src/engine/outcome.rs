@@ -151,9 +151,7 @@ impl Tree {
 
     /// Returns `Pick(PR2, RED_CUBE)`.
     pub(super) fn show(&self, domain: &Domain, node: u32) -> String {
-        let args: Vec<String> = self.args(domain, node).iter().map(|v| domain.show(v)).collect();
-        let task = self.nodes[node as usize].task;
-        format!("{}({})", domain.task_name(task), args.join(", "))
+        domain.show_task(self.nodes[node as usize].task, self.args(domain, node))
     }
 }
 
@@ -163,6 +161,8 @@ pub struct Found {
     pub steps: Vec<Step>,
     pub tree: Tree,
     pub cost: f64,
+    /// The parts of its cost where that is not the sum of the actions' costs: that sum, the makespan, what each rule counts.
+    pub(super) amounts: Vec<f64>,
     /// Whether unordered subtasks were allowed to mix.
     pub interleaved: bool,
     /// What each step reads and writes, one after the other.

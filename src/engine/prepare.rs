@@ -151,8 +151,9 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
                             rest: without(i),
                         };
                     }
-                    if let (Expr::Attribute { base, attribute }, Join::None) = (one, &has)
+                    if let (Expr::Attribute { base, attribute, args }, Join::None) = (one, &has)
                         && is_var(base)
+                        && args.is_empty()
                         && is_cheap(other)
                         && let Some(places) = places(domain, *ty, *attribute)
                     {
@@ -200,7 +201,7 @@ fn places(domain: &Domain, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec
 fn is_cheap(set: &Expr) -> bool {
     match set {
         Expr::Const(_) | Expr::Var(_) => true,
-        Expr::Attribute { base, .. } => is_cheap(base),
+        Expr::Attribute { base, args, .. } => is_cheap(base) && args.iter().all(is_cheap),
         _ => false,
     }
 }
@@ -210,7 +211,11 @@ pub(super) fn mentioned(expr: &Expr, found: &mut dyn FnMut(Var)) {
     match expr {
         Expr::Var(var) => found(*var),
         Expr::Const(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
-        Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => mentioned(inner, found),
+        Expr::Attribute { base, args, .. } => {
+            mentioned(base, found);
+            args.iter().for_each(|e| mentioned(e, found));
+        }
+        Expr::Size(inner) | Expr::Negate(inner) => mentioned(inner, found),
         Expr::List(all) | Expr::Request { args: all, .. } | Expr::Fact { args: all, .. } => {
             all.iter().for_each(|e| mentioned(e, found));
         }

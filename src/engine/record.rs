@@ -6,8 +6,10 @@ use rustc_hash::FxHashSet;
 
 use super::changes::changes;
 use super::hash::Print;
+use super::objective;
+use super::observe::Event;
 use super::outcome::{Aim, Found, Statistics};
-use super::search::Search;
+use super::search::{COST_TOLERANCE, Search};
 use crate::ir::SlotId;
 
 /// Plans found so far.
@@ -33,6 +35,13 @@ impl Recorder {
 }
 
 impl Search<'_> {
+    /// Says whether a plan of that cost is better than the best one.
+    fn is_better(&self, cost: f64) -> bool {
+        self.recorder
+            .best_cost()
+            .is_none_or(|best| cost < best - COST_TOLERANCE)
+    }
+
     /// Keeps the plan at hand; says whether there are enough now. With [`Aim::All`], a sequence of actions that was found
     /// before is no other plan.
     pub fn record(&mut self, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> bool {
@@ -44,7 +53,12 @@ impl Search<'_> {
                 return false;
             }
         }
-        self.statistics.plans += 1;
+        if let Some(objective) = &self.objective
+            && objective.is_exact()
+            && !self.is_better(objective.cost(self.cost))
+        {
+            return false;
+        }
         let (domain, reasoner) = (self.context.domain, &mut *self.context.reasoner);
         // What an action without geometry says of a shared attribute, the next projection overrides: that is a write too,
         // even where the value happens to stay.
@@ -68,6 +82,7 @@ impl Search<'_> {
             steps,
             tree,
             cost: self.cost,
+            amounts: Vec::new(),
             interleaved: self.settings.interleave,
             slots,
             overruled: overruled.into_iter().collect::<Vec<SlotId>>(),
@@ -75,6 +90,26 @@ impl Search<'_> {
             change_ends: Vec::new(),
         };
         (found.changes, found.change_ends) = changes(domain, self.shared, &found, reasoner);
+        if domain.has_objective() {
+            found.amounts = objective::of_plan(&found, domain, self.shared, reasoner);
+            found.cost = objective::total(domain, &found.amounts);
+            if let Some(objective) = &self.objective {
+                debug_assert!(
+                    !objective.is_exact() || (objective.cost(self.cost) - found.cost).abs() < 1e-6,
+                    "what is counted on the way is what is counted at the end"
+                );
+                if !self.is_better(found.cost) {
+                    return false;
+                }
+            }
+        }
+        self.statistics.plans += 1;
+        let (number, cost, n_actions) = (self.statistics.plans, found.cost, found.steps.len());
+        self.tell(|_| Event::Found {
+            number,
+            cost,
+            n_actions,
+        });
         on_plan(&found, &self.statistics);
         if self.settings.aim == Aim::Best {
             self.recorder.plans.clear();

@@ -4,6 +4,8 @@
 //! 1990, doi:10.1145/99935.99944), and a floor below which all steps come before it: in a plan whose actions follow one
 //! another there is nothing but the floor. Costs as much as there are links times chains that run side by side.
 
+use super::outcome::NONE;
+
 /// Steps that come before some step.
 #[derive(Debug, Clone, Default)]
 struct Before {
@@ -18,6 +20,8 @@ struct Before {
 pub(super) struct Reduction {
     before: Vec<Before>,
     chain: Vec<u32>,
+    /// The step before it in its chain, or [`NONE`].
+    previous: Vec<u32>,
     /// The last step of each chain.
     ends: Vec<u32>,
 }
@@ -44,17 +48,29 @@ impl Reduction {
         }
         known.above.retain(|(_, last)| *last >= known.floor);
         let is_end = |b: &&u32| self.ends[self.chain[**b as usize] as usize] == **b;
-        let chain = match links.iter().find(is_end) {
-            Some(before) => self.chain[*before as usize],
+        let (chain, previous) = match links.iter().find(is_end) {
+            Some(before) => (self.chain[*before as usize], *before),
             None => {
                 self.ends.push(step);
-                self.ends.len() as u32 - 1
+                (self.ends.len() as u32 - 1, NONE)
             }
         };
+        self.previous.push(previous);
         self.ends[chain as usize] = step;
         self.chain.push(chain);
         self.before.push(known);
         links
+    }
+
+    /// Takes back the last step.
+    pub fn pop(&mut self) {
+        self.before.pop();
+        match (self.chain.pop(), self.previous.pop()) {
+            (Some(chain), Some(previous)) if previous != NONE => self.ends[chain as usize] = previous,
+            // INVARIANT: it was the first of its chain, and no chain has begun since.
+            (Some(_), _) => self.ends.truncate(self.ends.len() - 1),
+            (None, _) => {}
+        }
     }
 
     fn contains(&self, known: &Before, step: u32) -> bool {
@@ -98,6 +114,15 @@ mod tests {
             let mut reduction = Reduction::default();
             let mut table: Vec<Vec<bool>> = Vec::new();
             for (i, wanted) in steps.iter().enumerate() {
+                // What is taken back leaves no trace.
+                for other in wanted.iter().filter(|_| i > 0) {
+                    reduction.add(&mut vec![other % i as u32]);
+                    reduction.add(&mut vec![i as u32]);
+                }
+                for _ in wanted.iter().filter(|_| i > 0) {
+                    reduction.pop();
+                    reduction.pop();
+                }
                 let mut candidates: Vec<u32> = if i == 0 { Vec::new() } else { wanted.iter().map(|w| w % i as u32).collect() };
                 let direct = candidates.clone();
                 let links = reduction.add(&mut candidates);

@@ -90,20 +90,38 @@ impl Search<'_> {
     /// Counts a refusal of a task with its arguments, put into words if it was not met before. `more` is what else tells
     /// it from others; with no node it tells all.
     pub fn refuse(&mut self, kind: Kind, node: u32, more: &[u64], words: impl FnOnce(&Self) -> Refusal) -> Flow {
+        let of = if node == NONE { self.last_node() } else { node };
+        self.refuse_in(of, kind, node, more, words)
+    }
+
+    /// As [`Search::refuse`], where the branch ends at the task `of`.
+    pub fn refuse_in(
+        &mut self,
+        of: u32,
+        kind: Kind,
+        node: u32,
+        more: &[u64],
+        words: impl FnOnce(&Self) -> Refusal,
+    ) -> Flow {
         let mut print = Print::of(kind as u64);
         if node != NONE {
             print = self.print_of_task(print, node);
         }
         let print = more.iter().fold(print, |print, x| print.number(*x));
-        self.refuse_as(print, words)
+        self.count(of, print, |search| words(search));
+        Flow::Back
     }
 
-    fn refuse_as(&mut self, print: Print, words: impl FnOnce(&Self) -> Refusal) -> Flow {
-        if !self.reasons.is_known(print) {
-            let refusal = words(self);
-            self.reasons.add(print, &refusal);
+    /// Counts a refusal and tells it to the observer; `words` is asked if one of the two has not met it.
+    fn count(&mut self, of: u32, print: Print, words: impl FnOnce(&mut Self) -> Refusal) {
+        let (is_known, is_wanted) = (self.reasons.is_known(print), self.wants_words(print.key()));
+        let refusal = (!is_known || is_wanted).then(|| words(self));
+        if let Some(refusal) = &refusal
+            && !is_known
+        {
+            self.reasons.add(print, refusal);
         }
-        Flow::Back
+        self.tell_refused(of, print.key(), refusal.as_ref().filter(|_| is_wanted));
     }
 
     /// Adds a task with its arguments to a fingerprint.
@@ -135,12 +153,12 @@ impl Search<'_> {
                 print = print.number(u64::from(slot.0));
                 print = self.context.state.get(*slot).map_or(print, |value| print.value(value));
             }
-            if !self.reasons.is_known(print) {
-                let task = self.show(node);
-                let frame = &mut self.tree.values[from..];
-                let (literal, met) = failed_literal(&mut self.context, part, frame);
-                self.reasons.add(print, &Refusal::Precondition { task, literal, met });
-            }
+            self.count(node, print, |search| {
+                let task = search.show(node);
+                let frame = &mut search.tree.values[from..];
+                let (literal, met) = failed_literal(&mut search.context, part, frame);
+                Refusal::Precondition { task, literal, met }
+            });
             return false;
         }
         true

@@ -16,6 +16,8 @@ use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
 use super::memo::Memo;
+use super::objective::{Objective, Sight};
+use super::observe::{Event, Observer};
 use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
@@ -79,6 +81,19 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
+    solve_observed(domain, goal, reasoner, settings, stop, on_plan, None)
+}
+
+/// As [`solve`]; `observer` hears of all that the search does.
+pub fn solve_observed(
+    domain: &Domain,
+    goal: &Goal,
+    reasoner: &mut dyn Reasoner,
+    settings: &Settings,
+    stop: &AtomicBool,
+    on_plan: &mut dyn FnMut(&Found, &Statistics),
+    observer: Option<&mut dyn Observer>,
+) -> Outcome {
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -95,8 +110,16 @@ pub fn solve(
         .collect();
     let mut state = State::new(domain, &shared);
     let start_world = reasoner.save();
+    let mut context = Context::new(domain, &mut state, reasoner);
+    let objective = (settings.aim == Aim::Best && domain.has_objective()).then(|| {
+        let sight = match shared.is_empty() {
+            true => Sight::Whole,
+            false => Sight::WithoutShared,
+        };
+        Box::new(Objective::new(&mut context, sight))
+    });
     let mut search = Search {
-        context: Context::new(domain, &mut state, reasoner),
+        context,
         settings,
         shared: &shared,
         prepared: &Prepared::new(domain),
@@ -108,6 +131,7 @@ pub fn solve(
         choices: Vec::new(),
         cost: 0.0,
         rest: 0,
+        objective,
         memo: Memo::default(),
         recorder: Recorder::default(),
         n_derivations: 0,
@@ -116,8 +140,13 @@ pub fn solve(
         reasons: Reasons::default(),
         budget_spent: false,
         written: Vec::new(),
+        observer: observer.map(|o| o as &mut dyn Observer),
     };
     let ending = search.run(goal, stop, on_plan);
+    search.tell(|search| Event::Ended {
+        ending,
+        statistics: &search.statistics,
+    });
     let least_cost = search.least_cost(goal, ending);
     let Search {
         recorder,
@@ -153,6 +182,8 @@ pub(super) struct Search<'a> {
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
+    /// The plan's whole cost, where it is not the sum of its actions' costs and the best plan is wanted.
+    pub objective: Option<Box<Objective<'a>>>,
     pub memo: Memo,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
@@ -164,6 +195,7 @@ pub(super) struct Search<'a> {
     pub budget_spent: bool,
     /// Room for written slots.
     pub written: Vec<SlotId>,
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 impl Search<'_> {
@@ -214,6 +246,7 @@ impl Search<'_> {
                         }
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
+                        self.tell_went_back(&choice);
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
                             Some(flow) => flow,
@@ -290,6 +323,9 @@ impl Search<'_> {
         self.slots.truncate(point.slots as usize);
         self.cost = point.cost;
         self.rest = point.rest;
+        if let Some(objective) = &mut self.objective {
+            objective.restore(point.steps, point.nodes);
+        }
     }
 
     /// Takes the next option of a choice point that was gone back to; the choice stays on the stack while it has more.
@@ -326,7 +362,10 @@ impl Search<'_> {
             return None;
         }
         let bound = self.recorder.best_cost()?;
-        let (cost, rest) = (self.cost, bound::cost(self.rest));
+        let (cost, rest) = match &self.objective {
+            None => (self.cost, bound::cost(self.rest)),
+            Some(objective) => objective.bound(self.cost, bound::cost(self.rest)),
+        };
         if cost + rest < bound - COST_TOLERANCE {
             return None;
         }
@@ -341,13 +380,17 @@ impl Search<'_> {
 
     /// Returns what no plan can cost less than.
     fn least_cost(&self, goal: &Goal, ending: Ending) -> f64 {
-        let least = bound::cost(self.bounds.task(goal.task));
+        let bound_at = |steps: u32, cost: f64, rest: u64| match &self.objective {
+            None => cost + bound::cost(rest),
+            Some(objective) => objective.bound_at(steps, cost, bound::cost(rest)),
+        };
+        let least = bound_at(0, 0.0, self.bounds.task(goal.task));
         let best = self.recorder.best_cost().unwrap_or(f64::INFINITY);
         let left = self
             .choices
             .iter()
-            .map(|(point, _)| point.cost + bound::cost(point.rest));
-        let now = [self.cost + bound::cost(self.rest)];
+            .map(|(point, _)| bound_at(point.steps, point.cost, point.rest));
+        let now = [bound_at(self.steps.len() as u32, self.cost, self.rest)];
         match ending {
             Ending::Exhausted => best,
             // What was cut short may cost anything above the least.

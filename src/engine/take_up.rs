@@ -1,6 +1,7 @@
 //! Takes up tasks: evaluates the arguments of subtasks, decomposes methods, binds variables.
 
 use super::explain::show_test;
+use super::observe::Event;
 use super::outcome::{NONE, Node};
 use super::prepare::Join;
 use super::refusals::Kind;
@@ -32,7 +33,7 @@ impl<'a> Search<'a> {
                     self.tree.values.truncate(start);
                     let task = domain.task_name(todo.task);
                     let print = [u64::from(cell_kind(todo.task)), position as u64];
-                    return self.refuse(Kind::NullArgument, NONE, &print, |_| Refusal::NullArgument {
+                    return self.refuse_in(parent, Kind::NullArgument, NONE, &print, |_| Refusal::NullArgument {
                         task: task.to_owned(),
                         position,
                     });
@@ -64,6 +65,7 @@ impl<'a> Search<'a> {
             return Flow::Back;
         }
         self.statistics.expansions += 1;
+        self.tell_taken_up(node);
         self.context.reads.clear();
         let Node { task, frame, depth, .. } = self.tree.nodes[node as usize];
         match task {
@@ -82,6 +84,7 @@ impl<'a> Search<'a> {
                     && self.context.holds(goal, &mut self.tree.values[frame as usize..])
                 {
                     self.tree.values.truncate(n_args);
+                    self.tell(|_| Event::GoalHeld { node });
                     let guard = self.guard();
                     self.agenda.finish(self.prepared, node, guard);
                     return Flow::Forward;
@@ -112,6 +115,10 @@ impl<'a> Search<'a> {
                 self.choices.push((point, Choice::Decomposition { node, next }));
             }
             self.tree.nodes[node as usize].decomposition = index as u32;
+            self.tell(|_| Event::Decomposed {
+                node,
+                decomposition: index as u32,
+            });
             return self.bind_from(node, id, index, 0);
         }
         Flow::Back
@@ -327,9 +334,14 @@ impl<'a> Search<'a> {
             frame,
             ..
         } = self.tree.nodes[node as usize];
-        if let Some(Binder::Select { var, .. }) = self.binder(node, binder) {
+        if let Some(Binder::Select { var, var_name, .. }) = self.binder(node, binder) {
             let at = frame as usize + var.index();
             self.tree.values[at] = value;
+            self.tell(|search| Event::Bound {
+                node,
+                variable: var_name,
+                value: &search.tree.values[at],
+            });
         }
         let TaskId::Method(method) = task else {
             return Flow::Back;

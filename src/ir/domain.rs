@@ -23,7 +23,7 @@ id!(
     EntityId,
     /// Indexes [`Domain::attributes`].
     AttributeId,
-    /// Indexes [`Domain::slots`], [`Domain::initial`] and a state's values: one attribute of one entity.
+    /// Indexes [`Domain::slots`], [`Domain::initial`] and a state's values: one attribute of one entity, with its arguments.
     SlotId,
     /// Indexes [`Domain::requests`].
     RequestId,
@@ -221,11 +221,37 @@ pub struct Attribute {
     pub base: Base,
     /// The geometric fact it is read from (`isReachable` ...): then it is a *shared* attribute (thesis 4.3.3).
     pub fact: Option<String>,
-    /// The slot of each entity, by [`EntityId`]; `None` where the entity's type lacks the attribute.
+    /// What it asks for beside its entity: `can_traverse(Waypoint, Waypoint)` has two. None for most.
+    pub arguments: Vec<Argument>,
+    /// The slot of each entity, by [`EntityId`]; `None` where the entity's type lacks the attribute. With arguments, the
+    /// first of the entity's slots, which lie behind one another ([`Attribute::slot`]).
     pub slots: Vec<Option<SlotId>>,
 }
 
-/// One attribute of one entity.
+/// An argument of an attribute.
+#[derive(Debug, Clone)]
+pub struct Argument {
+    pub ty: TypeId,
+    /// How far behind the first slot each entity, by [`EntityId`], moves the slot; `None` where it is not of the type.
+    /// INVARIANT: the last argument runs fastest, over its type's entities in declaration order.
+    pub offsets: Vec<Option<u32>>,
+}
+
+impl Attribute {
+    /// Returns the slot of an entity with these arguments; `None` where there is none.
+    pub fn slot(&self, entity: EntityId, args: &[EntityId]) -> Option<SlotId> {
+        if args.len() != self.arguments.len() {
+            return None;
+        }
+        let mut at = (*self.slots.get(entity.index())?)?;
+        for (argument, arg) in self.arguments.iter().zip(args) {
+            at.0 = at.0.checked_add((*argument.offsets.get(arg.index())?)?)?;
+        }
+        Some(at)
+    }
+}
+
+/// One attribute of one entity. Its arguments are in its place among the entity's slots ([`Domain::slot_arguments`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slot {
     pub entity: EntityId,
@@ -250,6 +276,10 @@ pub struct Domain {
     /// Facts whose meaning the domain gives itself.
     pub facts: Vec<Fact>,
     pub settings: Settings,
+    /// The method whose decomposition is the task network to plan, if the goal is one. Its name is the network's text,
+    /// which no file could write as a name.
+    pub network: Option<MethodId>,
+    pub social: Vec<super::SocialRule>,
 }
 
 /// What a domain says of how it wants to be planned; the command line wins over it.
@@ -257,6 +287,7 @@ pub struct Domain {
 pub struct Settings {
     /// Subtasks with no order between them may mix step by step instead of one block after the other.
     pub interleave: bool,
+    pub cost: super::CostFormula,
 }
 
 /// A question to geometry about the world as it is (thesis 4.4.1).
@@ -300,6 +331,47 @@ impl Domain {
         false
     }
 
+    /// Returns the arguments that a slot stands for.
+    pub fn slot_arguments(&self, slot: SlotId) -> Vec<EntityId> {
+        let Slot { entity, attribute } = self.slots[slot.index()];
+        let attribute = &self.attributes[attribute.index()];
+        let first = attribute.slots[entity.index()].map_or(slot.0, |s| s.0);
+        let mut offset = (slot.0 - first) as usize;
+        let mut arguments = Vec::with_capacity(attribute.arguments.len());
+        for argument in attribute.arguments.iter().rev() {
+            let of_type = &self.types[argument.ty.index()].entities;
+            arguments.push(of_type[offset % of_type.len()]);
+            offset /= of_type.len();
+        }
+        arguments.reverse();
+        arguments
+    }
+
+    /// Returns the slots of an attribute: of each entity in turn, with all arguments.
+    pub fn slots_of(&self, attribute: AttributeId) -> impl Iterator<Item = SlotId> + '_ {
+        let attribute = &self.attributes[attribute.index()];
+        let n_values = attribute
+            .arguments
+            .iter()
+            .map(|a| self.types[a.ty.index()].entities.len() as u32);
+        let n: u32 = n_values.product();
+        let firsts = attribute.slots.iter().flatten();
+        firsts.flat_map(move |first| (first.0..first.0 + n).map(SlotId))
+    }
+
+    /// Returns a slot as the language writes it: `CUP.isOn`, `ROVER.have_image(ROCK)`.
+    pub fn slot_name(&self, slot: SlotId) -> String {
+        let Slot { entity, attribute } = self.slots[slot.index()];
+        let name = |e: &EntityId| self.entities[e.index()].name.as_str();
+        let (entity, attribute) = (name(&entity), &self.attributes[attribute.index()].name);
+        let arguments = self.slot_arguments(slot);
+        let arguments: Vec<&str> = arguments.iter().map(name).collect();
+        match arguments.is_empty() {
+            true => format!("{entity}.{attribute}"),
+            false => format!("{entity}.{attribute}({})", arguments.join(", ")),
+        }
+    }
+
     /// Returns the task's name.
     pub fn task_name(&self, task: TaskId) -> &str {
         match task {
@@ -329,6 +401,16 @@ impl Domain {
                 .position(|m| m.name == name)
                 .map(|i| TaskId::Method(MethodId(i as u32)))
         })
+    }
+
+    /// Returns a task with its arguments as the language writes it: `Pick(PR2, CUP)`; of a task network its text.
+    pub fn show_task(&self, task: TaskId, args: &[Value]) -> String {
+        let name = self.task_name(task);
+        if self.network.is_some_and(|network| task == TaskId::Method(network)) {
+            return name.to_owned();
+        }
+        let args: Vec<String> = args.iter().map(|v| self.show(v)).collect();
+        format!("{name}({})", args.join(", "))
     }
 
     /// Returns the value as the language writes it: `NULL`, `3`, `"red"`, `CUP`, `[CUP, BOX]`.
@@ -507,10 +589,12 @@ pub enum CompareOp {
 pub enum Expr {
     Const(Value),
     Var(Var),
-    /// `base.attribute`; `Null` when the base is `Null`.
+    /// `base.attribute`, `base.attribute(args)`; without a value when the base or an argument is `Null`.
     Attribute {
         base: Box<Expr>,
         attribute: AttributeId,
+        /// As many as the attribute has.
+        args: Box<[Expr]>,
     },
     /// `size(set)`.
     Size(Box<Expr>),
@@ -562,18 +646,21 @@ pub enum Effect {
     Assign {
         entity: Expr,
         attribute: AttributeId,
+        args: Box<[Expr]>,
         value: Expr,
     },
     /// `entity.attribute <<= element`.
     Add {
         entity: Expr,
         attribute: AttributeId,
+        args: Box<[Expr]>,
         element: Expr,
     },
     /// `entity.attribute =>> element`.
     Remove {
         entity: Expr,
         attribute: AttributeId,
+        args: Box<[Expr]>,
         element: Expr,
     },
     Forall {
@@ -589,7 +676,7 @@ pub enum Effect {
     },
 }
 
-/// The task to plan with its arguments: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`.
+/// The task to plan with its arguments: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`. Of several, [`Domain::network`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
     pub task: TaskId,

@@ -20,8 +20,14 @@ pub fn dump(domain: &Domain) -> String {
     for a in &domain.attributes {
         let change = if a.is_static { "static" } else { "dynamic" };
         let fact = a.fact.as_ref().map_or(String::new(), |f| format!(" = fact {f}"));
+        let types: Vec<&str> = a.arguments.iter().map(|a| dump.ty(a.ty)).collect();
+        let arguments = if types.is_empty() {
+            String::new()
+        } else {
+            format!("({})", types.join(", "))
+        };
         let text = format!(
-            "{change} {}{} {}.{}{fact}",
+            "{change} {}{} {}.{}{arguments}{fact}",
             set_word(a.is_set),
             dump.base(a.base),
             dump.ty(a.owner),
@@ -29,17 +35,18 @@ pub fn dump(domain: &Domain) -> String {
         );
         line(&mut out, 0, &text);
     }
-    for (slot, value) in domain.slots.iter().zip(&domain.initial) {
-        let attribute = &domain.attributes[slot.attribute.index()].name;
-        line(
-            &mut out,
-            0,
-            &format!("{}.{attribute} = {}", dump.entity(slot.entity), domain.show(value)),
-        );
+    for (i, value) in domain.initial.iter().enumerate() {
+        let name = domain.slot_name(SlotId(i as u32));
+        line(&mut out, 0, &format!("{name} = {}", domain.show(value)));
     }
     if domain.settings.interleave {
         line(&mut out, 0, "interleave");
     }
+    if domain.settings.cost != CostFormula::default() {
+        let CostFormula { sum, makespan } = domain.settings.cost;
+        line(&mut out, 0, &format!("cost {sum} * sum + {makespan} * makespan"));
+    }
+    domain.social.iter().for_each(|rule| dump.rule(&mut out, rule));
     for fact in &domain.facts {
         let head = format!("fact {}({}) vars {}", fact.name, fact.params.join(", "), fact.n_vars);
         line(&mut out, 0, &format!("{head} if {}", dump.test(&fact.body)));
@@ -83,6 +90,36 @@ impl Dump<'_> {
     fn params(&self, params: &[Param]) -> String {
         let param = |p: &Param| format!("{}{} {}", set_word(p.is_set), self.base(p.base), p.name);
         params.iter().map(param).collect::<Vec<_>>().join(", ")
+    }
+
+    fn rule(&self, out: &mut String, rule: &SocialRule) {
+        let names = |agents: &[EntityId]| agents.iter().map(|a| self.entity(*a)).collect::<Vec<_>>().join(", ");
+        let tail = match &rule.kind {
+            RuleKind::State { params, n_vars, test } => {
+                let params: Vec<&str> = params.iter().map(|ty| self.ty(*ty)).collect();
+                format!("({}) vars {n_vars} if {}", params.join(", "), self.test(test))
+            }
+            RuleKind::Sequence { vars, .. } => format!("({})", self.params(vars)),
+            RuleKind::EffortBalance { effort, agents } => format!(" of {effort:?} among {}", names(agents)),
+            RuleKind::WastedTime { agents } | RuleKind::IntricateLinks { agents } => {
+                format!(" among {}", names(agents))
+            }
+        };
+        let head = format!("{} `{}` weight {}", rule.kind.word(), rule.name, rule.weight);
+        line(out, 0, &format!("{head}{tail}"));
+        if let RuleKind::Sequence { patterns, .. } = &rule.kind {
+            for pattern in patterns {
+                let arg = |arg: &PatternArg| match arg {
+                    PatternArg::Any => "_".to_owned(),
+                    PatternArg::Var(var) => format!("${var}"),
+                    PatternArg::Is(value) => self.domain.show(value),
+                };
+                let args: Vec<String> = pattern.args.iter().map(arg).collect();
+                let name = &self.domain.actions[pattern.action.index()].name;
+                let mark = if pattern.is_immediate { " immediate" } else { "" };
+                line(out, 1, &format!("{name}({}){mark}", args.join(", ")));
+            }
+        }
     }
 
     fn action(&self, out: &mut String, action: &Action) {
@@ -173,34 +210,43 @@ impl Dump<'_> {
     }
 
     fn effect(&self, out: &mut String, depth: usize, effect: &Effect) {
-        let target = |e: &Expr, a: &AttributeId| format!("{}.{}", self.expr(e), self.domain.attributes[a.index()].name);
+        let target = |e: &Expr, a: &AttributeId, args: &[Expr]| {
+            let name = &self.domain.attributes[a.index()].name;
+            match args.is_empty() {
+                true => format!("{}.{name}", self.expr(e)),
+                false => format!("{}.{name}({})", self.expr(e), self.exprs(args)),
+            }
+        };
         match effect {
             Effect::Assign {
                 entity,
                 attribute,
+                args,
                 value,
             } => line(
                 out,
                 depth,
-                &format!("{} = {}", target(entity, attribute), self.expr(value)),
+                &format!("{} = {}", target(entity, attribute, args), self.expr(value)),
             ),
             Effect::Add {
                 entity,
                 attribute,
+                args,
                 element,
             } => line(
                 out,
                 depth,
-                &format!("{} <<= {}", target(entity, attribute), self.expr(element)),
+                &format!("{} <<= {}", target(entity, attribute, args), self.expr(element)),
             ),
             Effect::Remove {
                 entity,
                 attribute,
+                args,
                 element,
             } => line(
                 out,
                 depth,
-                &format!("{} =>> {}", target(entity, attribute), self.expr(element)),
+                &format!("{} =>> {}", target(entity, attribute, args), self.expr(element)),
             ),
             Effect::Forall {
                 var,

@@ -159,7 +159,11 @@ impl Granted<'_> {
             Expr::Fact { .. } if asks_here(&self.asking, expr) => *expr = Expr::Const(Value::Bool(true)),
             Expr::Fact { args, .. } => self.exprs(args),
             Expr::Const(_) | Expr::Var(_) => {}
-            Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => self.expr(inner),
+            Expr::Attribute { base, args, .. } => {
+                self.expr(base);
+                self.exprs(args);
+            }
+            Expr::Size(inner) | Expr::Negate(inner) => self.expr(inner),
             Expr::List(elements) => self.exprs(elements),
             Expr::Arithmetic { left, right, .. } => {
                 self.expr(left);
@@ -179,12 +183,21 @@ impl Granted<'_> {
     fn effects(&self, all: &mut [Effect]) {
         for effect in all {
             match effect {
-                Effect::Assign { entity, value, .. } => {
+                Effect::Assign {
+                    entity, args, value, ..
+                } => {
                     self.expr(entity);
+                    self.exprs(args);
                     self.expr(value);
                 }
-                Effect::Add { entity, element, .. } | Effect::Remove { entity, element, .. } => {
+                Effect::Add {
+                    entity, args, element, ..
+                }
+                | Effect::Remove {
+                    entity, args, element, ..
+                } => {
                     self.expr(entity);
+                    self.exprs(args);
                     self.expr(element);
                 }
                 Effect::Forall { guard, effects, .. } => {

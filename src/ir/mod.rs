@@ -4,9 +4,11 @@ mod domain;
 mod dump;
 mod granted;
 mod show;
+mod social;
 mod walk;
 
 pub use domain::*;
 pub use dump::dump;
 pub use granted::{asks_geometry, without_geometry};
 pub use show::show_expr;
+pub use social::*;

@@ -35,7 +35,13 @@ pub fn show_expr(domain: &Domain, expr: &Expr, name: &dyn Fn(Var) -> String) -> 
     match expr {
         Expr::Const(value) => domain.show(value),
         Expr::Var(var) => name(*var),
-        Expr::Attribute { base, attribute } => format!("{}.{}", show(base), domain.attributes[attribute.index()].name),
+        Expr::Attribute { base, attribute, args } => {
+            let name = &domain.attributes[attribute.index()].name;
+            match args.is_empty() {
+                true => format!("{}.{name}", show(base)),
+                false => format!("{}.{name}({})", show(base), list(args)),
+            }
+        }
         Expr::Size(set) => format!("size({})", show(set)),
         Expr::List(elements) => format!("[{}]", list(elements)),
         Expr::Request { request, args } => format!("{}({})", domain.requests[request.index()].name, list(args)),

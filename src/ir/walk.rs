@@ -7,7 +7,11 @@ impl Expr {
     pub fn each_child(&self, f: &mut dyn FnMut(&Expr)) {
         match self {
             Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => {}
-            Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => f(inner),
+            Expr::Attribute { base, args, .. } => {
+                f(base);
+                args.iter().for_each(f);
+            }
+            Expr::Size(inner) | Expr::Negate(inner) => f(inner),
             Expr::List(parts) | Expr::Request { args: parts, .. } | Expr::Fact { args: parts, .. } => {
                 parts.iter().for_each(f);
             }

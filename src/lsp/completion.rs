@@ -14,7 +14,7 @@ use super::document::Document;
 use super::hover::doc;
 use super::index::{Kind, Symbol, Value};
 use super::keywords::meaning;
-use context::{Block, Context, context, path_value};
+use context::{Block, Context, context, path_before, path_value};
 
 /// Candidates that are sent. HEURISTIC: a domain has hundreds of names; a made-up one must not fill the line to the editor.
 const MAX_ITEMS: usize = 2_000;
@@ -57,7 +57,8 @@ const CLAUSES: [&str; 7] = [
     "cost",
     "duration",
 ];
-const TASK_ITEMS: [&str; 5] = ["action", "method", "function", "fact", "settings"];
+const TASK_ITEMS: [&str; 6] = ["action", "method", "function", "fact", "settings", "social"];
+const RULES: [&str; 4] = ["undesirable", "effort", "wasted", "intricate"];
 
 struct Offer<'a> {
     analysis: &'a Analysis,
@@ -112,10 +113,29 @@ impl<'a> Offer<'a> {
             },
             Block::Value => self.values(context),
             Block::Settings => match before {
-                [] => self.words(&["interleave"]),
-                [_, "="] => self.words(&["true", "false"]),
+                [] => {
+                    self.words(&["interleave", "cost"]);
+                }
+                ["interleave", "="] => self.words(&["true", "false"]),
                 _ => {}
             },
+            Block::Social => match before {
+                [] => self.words(&RULES),
+                ["undesirable"] => self.words(&["state", "sequence"]),
+                ["effort"] => self.words(&["balance"]),
+                ["wasted"] => self.words(&["time"]),
+                ["intricate"] => self.words(&["links"]),
+                [.., "of"] => self.words(&["cost", "duration"]),
+                [.., "among" | ","] => {
+                    self.symbols(self.analysis.index.entities());
+                    self.types(false);
+                }
+                [.., "weight"] => {}
+                ["effort", ..] => self.words(&["of", "among", "weight"]),
+                _ => self.words(&["among", "weight"]),
+            },
+            Block::Sequence if before.is_empty() => self.symbols(self.analysis.index.tasks()),
+            Block::Sequence => self.words(&["immediate"]),
             Block::Action | Block::Method | Block::Decomposition | Block::Projects | Block::Opaque => {}
         }
     }
@@ -194,12 +214,9 @@ impl<'a> Offer<'a> {
     fn attributes(&mut self, context: &Context<'_>) {
         let before = context.before.as_slice();
         let path = before.get(..before.len().saturating_sub(1)).unwrap_or(&[]);
-        let mut begin = path.len().saturating_sub(1);
-        while begin >= 2 && path.get(begin - 1) == Some(&".") {
-            begin -= 2;
-        }
+        let path = path_before(path);
+        let path = path.as_slice();
         let index = &self.analysis.index;
-        let path = path.get(begin..).unwrap_or(&[]);
         if path
             .first()
             .is_none_or(|root| root.starts_with(|c: char| c.is_ascii_digit()))

@@ -5,7 +5,7 @@ use lsp_types::{DocumentSymbol, SymbolKind};
 use super::analysis::Analysis;
 use super::document::Document;
 use crate::source::Span;
-use crate::syntax::ast::{Attribute, Attributes, Item, Method, Name, Param, Step};
+use crate::syntax::ast::{Attribute, Attributes, Item, Method, Name, Param, Social, Step};
 
 /// Returns the tree, in the order of the file.
 pub(super) fn outline(document: &Document, analysis: &Analysis) -> Vec<DocumentSymbol> {
@@ -72,11 +72,22 @@ impl Outline<'_> {
             Item::Geometric(g) => task("geometric", &g.name, &g.params, g.span),
             Item::Fact(f) => task("fact", &f.name, &f.params, f.span),
             Item::Request(r) => task("request", &r.name, &r.params, r.span),
+            Item::Social(s) => self.symbol("social", "", SymbolKind::OBJECT, s.span, s.span, self.rules(s)),
             Item::Settings(s) => self.symbol("settings", "", SymbolKind::OBJECT, s.span, s.span, Vec::new()),
             Item::Import(i) => self.symbol(&i.path, "import", SymbolKind::FILE, i.span, i.path_span, Vec::new()),
             Item::Initial(_) | Item::TimePart(_) => return None,
         })
         .filter(|s| !s.name.is_empty())
+    }
+
+    fn rules(&self, block: &Social) -> Vec<DocumentSymbol> {
+        let rules = block
+            .rules
+            .iter()
+            .filter_map(|rule| rule.name.as_ref().map(|name| (rule, name)));
+        rules
+            .map(|(rule, name)| self.symbol(&name.text, "rule", SymbolKind::EVENT, rule.span, name.span, Vec::new()))
+            .collect()
     }
 
     fn attributes(&self, block: &Attributes) -> DocumentSymbol {

@@ -20,8 +20,12 @@ pub struct Plan {
     /// The task as planned: `MoveObjs(PR2, [RED_CUBE, GREY_BOOK])`.
     pub task: String,
     pub seed: u64,
-    /// Sum of the actions' costs.
+    /// Sum of the actions' costs, or of `cost_parts`.
     pub cost: f64,
+    /// What the cost consists of, where a domain has social rules or a cost formula: the sum of the actions' costs and the
+    /// makespan, then each rule in the order of the domain.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub cost_parts: Vec<CostPart>,
     /// When the last action ends [s].
     pub makespan: f64,
     /// Whether unordered subtasks were allowed to mix step by step; else each is one block.
@@ -40,6 +44,22 @@ pub struct Plan {
 
 fn is_false(x: &bool) -> bool {
     !x
+}
+
+/// A part of a plan's cost.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CostPart {
+    /// `sum`, `makespan`, or the social rule's name.
+    pub name: String,
+    /// `sum`, `makespan`, `undesirable state`, `effort balance` ...
+    pub kind: String,
+    /// What was counted: events, links, seconds, or cost.
+    pub amount: f64,
+    /// What one of it costs.
+    pub weight: f64,
+    /// Weight times amount.
+    pub cost: f64,
 }
 
 /// One action.

@@ -27,6 +27,9 @@ pub fn write_plan(plan: &Plan, out: &mut dyn io::Write) -> io::Result<()> {
     }
     writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan)?;
     table(&plan.actions, out)?;
+    let mut parts = String::new();
+    cost_parts(plan, &mut parts);
+    out.write_all(parts.as_bytes())?;
     if !plan.streams.is_empty() {
         writeln!(out, "\nstreams")?;
         let widest = plan.streams.keys().map(|k| k.chars().count()).max().unwrap_or(0);
@@ -41,6 +44,48 @@ pub fn write_plan(plan: &Plan, out: &mut dyn io::Write) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Writes what the plan's cost consists of, where it is more than its actions' costs.
+fn cost_parts(plan: &Plan, out: &mut String) {
+    if plan.cost_parts.is_empty() {
+        return;
+    }
+    let mut rows = vec![["", "amount", "weight", "cost", ""].map(str::to_owned)];
+    for part in &plan.cost_parts {
+        rows.push([
+            part.name.clone(),
+            format!("{:.2}", part.amount),
+            part.weight.to_string(),
+            format!("{:.4}", part.cost),
+            // What it is, where the name does not say it.
+            if part.kind == part.name {
+                String::new()
+            } else {
+                part.kind.clone()
+            },
+        ]);
+    }
+    out.push_str("\ncost\n");
+    small_table(&rows, &[false, true, true, true, false], out);
+}
+
+/// Writes rows as columns; columns that are empty but for their heading are left out.
+fn small_table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
+    let widths: [usize; N] = std::array::from_fn(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0));
+    let shown: Vec<usize> = (0..N)
+        .filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty()))
+        .collect();
+    for row in rows {
+        let mut line = String::new();
+        for c in &shown {
+            let (cell, pad) = (&row[*c], widths[*c] - row[*c].chars().count());
+            let (before, after) = if right[*c] { (pad, 0) } else { (0, pad) };
+            let _ = write!(line, "  {}{cell}{}", " ".repeat(before), " ".repeat(after));
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
 }
 
 const HEADINGS: [&str; 8] = [

@@ -62,6 +62,7 @@ pub enum Item {
     Fact(Fact),
     Request(Request),
     Settings(Settings),
+    Social(Social),
     /// `timePart { }` of old files.
     TimePart(Span),
     /// `import "file.hatp";`
@@ -92,6 +93,56 @@ pub struct Setting {
     pub span: Span,
 }
 
+/// `social { wasted time weight 0.5; }`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Social {
+    pub rules: Vec<Rule>,
+    pub span: Span,
+}
+
+/// A social rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rule {
+    /// `undesirable` rules have one; the others may.
+    pub name: Option<Name>,
+    pub params: Vec<Param>,
+    pub kind: RuleKind,
+    /// Agents or types of agents; empty for all.
+    pub among: Vec<Name>,
+    pub weight: Expr,
+    pub span: Span,
+}
+
+/// What a social rule counts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RuleKind {
+    /// `undesirable state N(Table T) weight 5 { size(T.carries) > 3; }`
+    State(Vec<Test>),
+    /// `undesirable sequence N(Agent A) weight 2 { Place(A, _); Pick(A, _) immediate; }`
+    Sequence(Vec<Pattern>),
+    /// `effort balance weight 1;`
+    EffortBalance(Effort),
+    /// `wasted time weight 1;`
+    WastedTime,
+    /// `intricate links weight 1;`
+    IntricateLinks,
+}
+
+/// What counts as effort.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    Cost,
+    Duration,
+}
+
+/// `Pick(B, O) immediate;`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern {
+    pub call: Call,
+    pub is_immediate: bool,
+    pub span: Span,
+}
+
 /// `define entityType Cup : Object;`
 #[derive(Debug, Clone, PartialEq)]
 pub struct EntityType {
@@ -115,7 +166,33 @@ pub struct Attribute {
     pub is_set: bool,
     pub base: Name,
     pub name: Name,
+    /// Of `have_image(Objective)`; none for most.
+    pub params: Vec<AttributeParam>,
     pub fact: Option<Name>,
+    pub span: Span,
+}
+
+impl Attribute {
+    /// Returns `(Location, Location To)`; nothing for an attribute without arguments.
+    pub fn params_as_written(&self) -> String {
+        let param = |p: &AttributeParam| match &p.name {
+            Some(name) => format!("{} {}", p.ty.text, name.text),
+            None => p.ty.text.clone(),
+        };
+        let params: Vec<String> = self.params.iter().map(param).collect();
+        match params.is_empty() {
+            true => String::new(),
+            false => format!("({})", params.join(", ")),
+        }
+    }
+}
+
+/// `Location`, `Location To`: an argument that an attribute asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttributeParam {
+    pub ty: Name,
+    /// For the reader alone.
+    pub name: Option<Name>,
     pub span: Span,
 }
 
@@ -354,7 +431,15 @@ pub struct Assignment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     pub root: Name,
-    pub steps: Vec<Name>,
+    pub steps: Vec<PathStep>,
+    pub span: Span,
+}
+
+/// A step of a path: `isAt`, `road(L2)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathStep {
+    pub name: Name,
+    pub args: Vec<Expr>,
     pub span: Span,
 }
 

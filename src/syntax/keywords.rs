@@ -13,6 +13,8 @@ pub enum Group {
     Effect,
     /// Within `subtasks { }`.
     Step,
+    /// Within `social { }`.
+    Social,
     Constant,
     /// The type of a value; an entity type is a name, apart from `Agent`.
     Type,
@@ -87,6 +89,11 @@ const KEYWORDS: &[Keyword] = &[
         Declaration,
         "settings",
         "How this domain is planned: `settings { interleave = true; }`.",
+    ),
+    keyword(
+        Declaration,
+        "social",
+        "What a plan costs beyond its actions: `social { wasted time weight 0.5; }`.",
     ),
     keyword(
         Declaration,
@@ -181,6 +188,59 @@ const KEYWORDS: &[Keyword] = &[
         Step,
         "after",
         "The subtasks that come before this one: `3: Go(A, L) after 1, 2;`. The same as `>1, >2`.",
+    ),
+    keyword(
+        Social,
+        "undesirable",
+        "Begins a rule: `undesirable state NAME weight 5 { tests }`, `undesirable sequence NAME weight 2 { actions }`.",
+    ),
+    keyword(Social, "state", "A rule that counts how often its tests begin to hold."),
+    keyword(
+        Social,
+        "sequence",
+        "A rule that counts the actions which end a sequence: `Place(A, O, T); Pick(B, O) immediate;`.",
+    ),
+    keyword(
+        Social,
+        "immediate",
+        "No action of those who take part comes in between: `Pick(B, O) immediate;`.",
+    ),
+    keyword(
+        Social,
+        "effort",
+        "A rule on the difference between who does most and who does least: `effort balance weight 1;`.",
+    ),
+    keyword(
+        Social,
+        "balance",
+        "See `effort`: `effort balance of duration weight 1;`.",
+    ),
+    keyword(
+        Social,
+        "wasted",
+        "A rule on the seconds that agents wait between their actions: `wasted time weight 0.5;`.",
+    ),
+    keyword(Social, "time", "See `wasted`: `wasted time weight 0.5;`."),
+    keyword(
+        Social,
+        "intricate",
+        "A rule on how often agents wait for one another: `intricate links weight 1;`.",
+    ),
+    keyword(Social, "links", "See `intricate`: `intricate links weight 1;`."),
+    keyword(
+        Social,
+        "of",
+        "What is counted as effort: `effort balance of cost weight 1;`, or `of duration`.",
+    ),
+    keyword(
+        Social,
+        "among",
+        "The agents, or types of agents, that a rule is about: `wasted time among BOB, Human weight 1;`.",
+    ),
+    keyword(
+        Social,
+        "weight",
+        "What one of what a rule counts adds to the plan's cost.",
     ),
     keyword(Constant, "NULL", "No value."),
     keyword(Constant, "true", "The value of a `bool` that holds."),

@@ -11,4 +11,4 @@ mod words;
 
 pub use format::format;
 pub use keywords::{Group, Keyword, keywords};
-pub use parser::{parse, parse_call};
+pub use parser::{parse, parse_network};

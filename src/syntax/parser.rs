@@ -7,6 +7,7 @@ mod build;
 mod expected;
 mod parts;
 mod recover;
+mod rules;
 
 use pest::Parser as _;
 
@@ -52,8 +53,8 @@ pub fn parse(file: FileId, text: &str) -> (ast::File, Problems) {
     }
 }
 
-/// Returns the call that `text` is, `MoveObjs(PR2, [RED_CUBE])`; `offset` is where it starts in `file` [bytes].
-pub fn parse_call(file: FileId, offset: usize, text: &str) -> (Option<ast::Call>, Problems) {
+/// Returns the tasks that `text` is, `Get(A, X); Sit(A) > 1`, one or more; `offset` is where it starts in `file` [bytes].
+pub fn parse_network(file: FileId, offset: usize, text: &str) -> (Option<Vec<ast::Subtask>>, Problems) {
     let mut problems = Problems::default();
     let layout = layout(text);
     let place = match Place::new(file, offset, "the end", text, &layout) {
@@ -63,10 +64,10 @@ pub fn parse_call(file: FileId, offset: usize, text: &str) -> (Option<ast::Call>
             return (None, problems);
         }
     };
-    match HatpParser::parse(Rule::goal_call, &place.compact.text) {
+    match HatpParser::parse(Rule::network, &place.compact.text) {
         Ok(pairs) => {
-            let call = build::Builder::new(&place, 0, &mut problems).goal_call(pairs);
-            (call, problems)
+            let tasks = build::Builder::new(&place, 0, &mut problems).network(pairs);
+            (Some(tasks), problems)
         }
         Err(error) => {
             problems.push(expected::expected(&error, 0, &place));
@@ -304,7 +305,7 @@ mod tests {
                     prop_assert!(text.get(label.span.range()).is_some());
                 }
             }
-            let (_, _) = parse_call(FILE, 3, &text);
+            let (_, _) = parse_network(FILE, 3, &text);
         }
 
         #[test]

@@ -14,7 +14,8 @@ use super::history::History;
 use super::requests::{Answer, Asked, ROUNDING};
 use super::sets;
 use crate::ir::{
-    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntitySet, Expr, SlotId, Test, TypeId, Value, Var, show_expr,
+    ArithmeticOp, AttributeId, CompareOp, Domain, Effect, EntityId, EntitySet, Expr, SlotId, Test, TypeId, Value, Var,
+    show_expr,
 };
 
 /// What an evaluation has looked at, and what effects have changed.
@@ -119,14 +120,15 @@ impl<'a> View<'a> {
         self
     }
 
-    fn slot(&self, base: &Value, attribute: AttributeId) -> Option<SlotId> {
-        match base {
-            Value::Entity(e) => self.around.domain.attributes[attribute.index()]
-                .slots
-                .get(e.index())
-                .copied()?,
+    /// Returns the place of an attribute's value; `None` where its entity or an argument is NULL.
+    fn slot(&self, base: &Expr, attribute: AttributeId, args: &[Expr], frame: &[Value]) -> Option<SlotId> {
+        let entity = |expr| match self.value(expr, frame)? {
+            Value::Entity(e) => Some(e),
             _ => None,
-        }
+        };
+        let base = entity(base)?;
+        let args: Option<Vec<EntityId>> = args.iter().map(entity).collect();
+        self.around.domain.attributes[attribute.index()].slot(base, &args?)
     }
 
     /// Returns the expression's value; `None` after a step through NULL.
@@ -134,8 +136,8 @@ impl<'a> View<'a> {
         match expr {
             Expr::Const(v) => Some(v.clone()),
             Expr::Var(v) => frame.get(v.index()).cloned(),
-            Expr::Attribute { base, attribute } => {
-                let slot = self.slot(&self.value(base, frame)?, *attribute)?;
+            Expr::Attribute { base, attribute, args } => {
+                let slot = self.slot(base, *attribute, args, frame)?;
                 self.around.note(|touched| touched.reads.push(slot));
                 self.values.get(slot).cloned()
             }
@@ -248,7 +250,8 @@ impl<'a> View<'a> {
         match expr {
             Expr::Request { .. } | Expr::Fact { .. } => true,
             Expr::Const(_) | Expr::Var(_) | Expr::GeometricCost | Expr::GeometricDuration => false,
-            Expr::Attribute { base: inner, .. } | Expr::Size(inner) | Expr::Negate(inner) => self.asks(inner),
+            Expr::Attribute { base, args, .. } => self.asks(base) || args.iter().any(|e| self.asks(e)),
+            Expr::Size(inner) | Expr::Negate(inner) => self.asks(inner),
             Expr::List(elements) => elements.iter().any(|e| self.asks(e)),
             Expr::Arithmetic { left, right, .. } => self.asks(left) || self.asks(right),
             Expr::SetWith { set, element } | Expr::SetWithout { set, element } => self.asks(set) || self.asks(element),
@@ -368,9 +371,10 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
             Effect::Assign {
                 entity,
                 attribute,
+                args,
                 value,
             } => {
-                let slot = view.value(entity, frame).and_then(|e| view.slot(&e, *attribute));
+                let slot = view.slot(entity, *attribute, args, frame);
                 if let (Some(slot), Some(value)) = (slot, view.value(value, frame)) {
                     put(around, values, slot, value);
                 }
@@ -378,15 +382,17 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
             Effect::Add {
                 entity,
                 attribute,
+                args,
                 element,
-            } => alter(view, entity, *attribute, element, frame, sets::with)
+            } => alter(view, (entity, *attribute, args), element, frame, sets::with)
                 .into_iter()
                 .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Remove {
                 entity,
                 attribute,
+                args,
                 element,
-            } => alter(view, entity, *attribute, element, frame, sets::without)
+            } => alter(view, (entity, *attribute, args), element, frame, sets::without)
                 .into_iter()
                 .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Forall {
@@ -426,13 +432,12 @@ fn put(around: Around<'_>, values: &mut [Value], slot: SlotId, value: Value) {
 
 fn alter(
     view: View<'_>,
-    entity: &Expr,
-    attribute: AttributeId,
+    (entity, attribute, args): (&Expr, AttributeId, &[Expr]),
     element: &Expr,
     frame: &[Value],
     change: fn(Value, &Value) -> Option<Value>,
 ) -> Option<(SlotId, Value)> {
-    let slot = view.slot(&view.value(entity, frame)?, attribute)?;
+    let slot = view.slot(entity, attribute, args, frame)?;
     let element = view.value(element, frame)?;
     view.around.note(|touched| touched.reads.push(slot));
     let set = view.values.get(slot)?.clone();

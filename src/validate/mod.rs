@@ -18,6 +18,7 @@ mod fault;
 mod handling;
 mod history;
 mod motion;
+mod network;
 mod notation;
 mod places;
 mod precedence;
@@ -176,8 +177,7 @@ fn document(plan: &Plan, domain: &ir::Domain, goal: &ir::Goal) -> Checked<Vec<ir
         }
     };
     finite("the plan's cost or makespan", &[plan.cost, plan.makespan])?;
-    let task = notation::task_text(domain, &plan.task)?;
-    if task != *goal {
+    if !network::is_goal(domain, &plan.task, goal)? {
         return Err(Kind::Task {
             expected: notation::show_task(domain, goal.task, &goal.args),
             found: plan.task.clone(),
@@ -276,10 +276,4 @@ fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[cr
         .into());
     }
     Ok(())
-}
-
-/// Returns `RED_CUBE.isOn`.
-fn slot_name(domain: &ir::Domain, slot: &ir::Slot) -> String {
-    let entity = &domain.entities[slot.entity.index()].name;
-    format!("{entity}.{}", domain.attributes[slot.attribute.index()].name)
 }

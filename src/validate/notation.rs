@@ -57,17 +57,16 @@ pub(super) fn task_text(domain: &Domain, text: &str) -> Checked<Goal> {
     };
     let (name, rest) = text.split_once('(').ok_or_else(malformed)?;
     let inner = rest.strip_suffix(')').ok_or_else(malformed)?;
-    task(domain, name.trim(), &split(inner))
+    task(domain, name.trim(), &split(inner, ','))
 }
 
 /// Returns the task as the language writes it.
 pub(super) fn show_task(domain: &Domain, task: TaskId, args: &[Value]) -> String {
-    let args: Vec<String> = args.iter().map(|a| domain.show(a)).collect();
-    format!("{}({})", domain.task_name(task), args.join(", "))
+    domain.show_task(task, args)
 }
 
-/// Splits at the commas that are outside brackets and strings.
-fn split(text: &str) -> Vec<String> {
+/// Splits at the marks that are outside brackets and strings; of an empty text there are no parts.
+pub(super) fn split(text: &str, mark: char) -> Vec<String> {
     let mut parts = Vec::new();
     let mut part = String::new();
     let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
@@ -76,9 +75,9 @@ fn split(text: &str) -> Vec<String> {
             _ if escaped => escaped = false,
             '\\' if quoted => escaped = true,
             '"' => quoted = !quoted,
-            '[' if !quoted => depth += 1,
-            ']' if !quoted => depth = depth.saturating_sub(1),
-            ',' if !quoted && depth == 0 => {
+            '[' | '(' if !quoted => depth += 1,
+            ']' | ')' if !quoted => depth = depth.saturating_sub(1),
+            _ if c == mark && !quoted && depth == 0 => {
                 parts.push(std::mem::take(&mut part).trim().to_owned());
                 continue;
             }
@@ -95,11 +94,11 @@ fn split(text: &str) -> Vec<String> {
 fn set(domain: &Domain, base: Base, text: &str) -> Option<Value> {
     let inner = text.trim().strip_prefix('[')?.strip_suffix(']')?;
     if let Base::Entity(_) = base {
-        let members: Option<EntitySet> = split(inner).iter().map(|name| domain.entity(name)).collect();
+        let members: Option<EntitySet> = split(inner, ',').iter().map(|name| domain.entity(name)).collect();
         return Some(Value::Set(Arc::new(members?)));
     }
     let mut members = ScalarSet::default();
-    for member in split(inner) {
+    for member in split(inner, ',') {
         members.insert(atom(domain, &member)?);
     }
     Some(Value::Scalars(Arc::new(members)))

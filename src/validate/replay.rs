@@ -19,7 +19,6 @@ use super::{
     requests::{self, Asked},
     schedule::Done,
     shared::Shared,
-    slot_name,
 };
 use crate::ir::{self, Domain, EntityId, SlotId, Value};
 use crate::plan::{Action, AttachmentChange, Geometry, Motion, Plan};
@@ -77,15 +76,13 @@ pub(super) fn run<'a>(
     actions: &[ir::Goal],
     verdict: &mut Verdict,
 ) -> Checked<Replay<'a>> {
-    let slots = domain.slots.iter().enumerate();
+    let slots = (0..domain.slots.len()).map(|i| SlotId(i as u32));
     let context = Context {
         domain,
         bodies,
         start: &world.start,
         settings,
-        slots: slots
-            .map(|(i, slot)| (slot_name(domain, slot), SlotId(i as u32)))
-            .collect(),
+        slots: slots.map(|slot| (domain.slot_name(slot), slot)).collect(),
     };
     let mut state = world.start.clone();
     for agent in 0..state.agents.len() {
@@ -287,7 +284,7 @@ impl<'a> Context<'a> {
                 let place = &domain.slots[slot.index()];
                 let is_shared = domain.attributes[place.attribute.index()].fact.is_some();
                 is_shared
-                    || match action.changes.get(&slot_name(domain, place)) {
+                    || match action.changes.get(&domain.slot_name(*slot)) {
                         Some(text) => **text == *now,
                         None => domain.show(was.get(slot).unwrap_or(&values[slot.index()])) == now,
                     }
@@ -312,7 +309,7 @@ impl<'a> Context<'a> {
         let looked_at: BTreeSet<SlotId> = written.iter().chain(&listed).chain(&guessed).copied().collect();
         let mut expected = IndexMap::new();
         for slot in looked_at {
-            let name = slot_name(domain, &domain.slots[slot.index()]);
+            let name = domain.slot_name(slot);
             let now = domain.show(&values[slot.index()]);
             // A guess about the start may have hidden a change, or made one up.
             if guessed.contains(&slot) {

@@ -131,10 +131,9 @@ pub(super) fn check(
                 }
                 Ok(values) => {
                     if let Some(slot) = (0..values.len()).find(|s| values[*s] != last[*s]) {
-                        let slot = &domain.slots[slot];
                         let fault = Kind::OutcomeRace {
                             moved: x,
-                            attribute: super::slot_name(domain, slot),
+                            attribute: domain.slot_name(SlotId(slot as u32)),
                         };
                         return Err(named(fault.into(), x));
                     }

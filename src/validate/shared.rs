@@ -15,7 +15,6 @@ use super::{
     fault::{Checked, Kind},
     notation,
     requests::Asked,
-    slot_name,
 };
 use crate::ir::{Base, Domain, EntityId, EntitySet, Param, SlotId, Value};
 use crate::plan::Changes;
@@ -60,7 +59,7 @@ impl<'a> Shared<'a> {
             if !is_known {
                 continue;
             }
-            let name = slot_name(domain, slot);
+            let name = domain.slot_name(SlotId(i as u32));
             let candidates = match attribute.base {
                 Base::Entity(ty) => {
                     let entities = domain.types[ty.index()].entities.iter();

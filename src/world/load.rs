@@ -101,7 +101,13 @@ fn inside_quotes(text: &str, span: Span) -> Span {
     };
     let range = span.range();
     let end = range.end.saturating_sub(quote).max(range.start);
-    Span::new(span.file, (range.start + quote).min(end), end)
+    // The line end right after three quotes is no part of the text.
+    let opening = raw.get(quote..).filter(|_| quote == 3).unwrap_or_default();
+    let newline = ["\r\n", "\n"]
+        .iter()
+        .find(|n| opening.starts_with(**n))
+        .map_or(0, |n| n.len());
+    Span::new(span.file, (range.start + quote + newline).min(end), end)
 }
 
 /// An id names one entity: robots, humans and objects share their names.

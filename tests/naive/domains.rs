@@ -55,11 +55,13 @@ fn agent(c: &mut Choices<'_>) -> String {
 
 fn object(s: &Scope, c: &mut Choices<'_>) -> Object {
     let names = [s.sure.clone(), s.maybe.clone()].concat();
-    match c.below(8) {
+    match c.below(10) {
         0..=2 => Object::Var(c.name(&names)),
         3 | 4 => Object::Const(c.below(3)),
         5 => Object::Next(Box::new(Object::Var(c.name(&names)))),
         6 => Object::Held(agent(c)),
+        7 => Object::With(agent(c), Box::new(Object::Var(c.name(&names)))),
+        8 => Object::With(agent(c), Box::new(Object::Held(agent(c)))),
         _ => Object::Next(Box::new(Object::Held(agent(c)))),
     }
 }
@@ -69,7 +71,7 @@ fn tests(s: &Scope, c: &mut Choices<'_>, most: usize) -> Vec<Test> {
 }
 
 fn test(s: &Scope, c: &mut Choices<'_>) -> Test {
-    match c.below(if s.nest > 0 { 13 } else { 9 }) {
+    match c.below(if s.nest > 0 { 15 } else { 11 }) {
         0 => Test::Same(object(s, c), object(s, c), false),
         1 => Test::Done(object(s, c), false),
         2 => Test::Same(object(s, c), object(s, c), true),
@@ -80,9 +82,11 @@ fn test(s: &Scope, c: &mut Choices<'_>) -> Test {
         7 if s.in_method && c.is(2) => Test::Level(["<", ">"][c.below(2)], c.below(2) as i64),
         7 if s.in_method => Test::In(c.name(&s.sure), c.is(2)),
         7 | 8 => Test::Users(c.name(&s.sure), c.below(3) as i64),
-        9 => Test::Or(vec![test(s, c)], vec![test(s, c)]),
-        10 => Test::Not(vec![test(s, c)]),
-        11 => {
+        9 => Test::Near(object(s, c), object(s, c), agent(c), c.is(8)),
+        10 => Test::Saw(agent(c), object(s, c), object(s, c), c.is(8)),
+        11 => Test::Or(vec![test(s, c)], vec![test(s, c)]),
+        12 => Test::Not(vec![test(s, c)]),
+        13 => {
             let (var, inner) = s.deeper();
             Test::All(var, tests(&inner, c, 1), vec![test(&inner, c)])
         }
@@ -94,7 +98,7 @@ fn test(s: &Scope, c: &mut Choices<'_>) -> Test {
 }
 
 fn effect(s: &Scope, c: &mut Choices<'_>) -> Effect {
-    match c.below(if s.nest > 0 { 10 } else { 8 }) {
+    match c.below(if s.nest > 0 { 13 } else { 11 }) {
         0 | 1 => Effect::Done(c.name(&s.sure), c.below(3) != 2),
         2 | 3 => {
             let to = if c.is(2) { None } else { Some(object(s, c)) };
@@ -107,6 +111,12 @@ fn effect(s: &Scope, c: &mut Choices<'_>) -> Effect {
         5 => Effect::Count(agent(c)),
         6 | 7 => Effect::Use(c.name(&s.sure), agent(c), c.below(3) != 2),
         8 => {
+            let to = if c.is(3) { None } else { Some(object(s, c)) };
+            Effect::With(agent(c), object(s, c), to)
+        }
+        9 => Effect::Near(object(s, c), object(s, c), agent(c), c.below(3) != 2),
+        10 => Effect::Saw(object(s, c), object(s, c), agent(c), c.below(3) != 2),
+        11 => {
             let mut inner = s.clone();
             inner.nest -= 1;
             Effect::If(vec![test(&inner, c)], vec![effect(&inner, c)], vec![effect(&inner, c)])
@@ -215,6 +225,9 @@ pub fn domain(choices: &[u16], loops: bool) -> Domain {
         done: [c.is(2), c.is(2), c.is(2)],
         users: [c.below(4) as u8, c.below(4) as u8, c.below(4) as u8],
         weight: [c.below(3) as i64, 1, 2],
+        with: std::array::from_fn(|_| std::array::from_fn(|_| c.below(4).checked_sub(1))),
+        near: std::array::from_fn(|_| std::array::from_fn(|_| std::array::from_fn(|_| c.is(2)))),
+        saw: std::array::from_fn(|_| std::array::from_fn(|_| c.below(4) as u8)),
     };
     Domain {
         start,
@@ -229,6 +242,7 @@ fn path(o: &Object) -> String {
         Object::Const(o) => OBJECTS[*o].into(),
         Object::Next(p) => format!("{}.next", path(p)),
         Object::Held(a) => format!("{a}.holds"),
+        Object::With(a, arg) => format!("{a}.with({})", path(arg)),
     }
 }
 
@@ -246,6 +260,11 @@ fn show_test(t: &Test) -> String {
         Test::In(o, yes) => format!("{o} {} Os; ", if *yes { ">>" } else { "!>>" }),
         Test::Level(op, n) => format!("N {op} {n}; "),
         Test::Users(o, n) => format!("size({o}.users) >= {n}; "),
+        Test::Near(o, p, a, near) => {
+            let sign = if *near { "==" } else { "!=" };
+            format!("{}.near({}, {a}) {sign} true; ", path(o), path(p))
+        }
+        Test::Saw(a, o, p, yes) => format!("{a} {} {}.saw({}); ", if *yes { ">>" } else { "!>>" }, path(o), path(p)),
         Test::Or(a, b) => format!("OR{{ {}}}{{ {}}}; ", show(a), show(b)),
         Test::Not(a) => format!("NOT{{ {}}}; ", show(a)),
         Test::All(v, guard, body) => format!("FORALL(Object {v}, {{ {}}}, {{ {}}}); ", show(guard), show(body)),
@@ -264,6 +283,13 @@ fn show_effect(e: &Effect) -> String {
         Effect::Count(a) => format!("{a}.count = {a}.count + 1; "),
         Effect::Use(o, a, true) => format!("{o}.users <<= {a}; "),
         Effect::Use(o, a, false) => format!("{o}.users =>> {a}; "),
+        Effect::With(a, arg, to) => format!("{a}.with({}) = {}; ", path(arg), or_null(to)),
+        Effect::Near(o, p, a, near) => {
+            let value = if *near { "true" } else { "NULL" };
+            format!("{}.near({}, {a}) = {value}; ", path(o), path(p))
+        }
+        Effect::Saw(o, p, a, true) => format!("{}.saw({}) <<= {a}; ", path(o), path(p)),
+        Effect::Saw(o, p, a, false) => format!("{}.saw({}) =>> {a}; ", path(o), path(p)),
         Effect::If(t, yes, no) => format!("IF{{ {}}}{{ {}}}ELSE{{ {}}}; ", show(t), effects(yes), effects(no)),
         Effect::All(v, guard, body) => format!("FORALL(Object {v}, {{ {}}}, {{ {}}}); ", show(guard), effects(body)),
     }
@@ -334,6 +360,9 @@ pub fn text(domain: &Domain) -> String {
     let mut facts = String::new();
     for (i, a) in crate::planner::AGENTS.iter().enumerate() {
         facts += &format!("{a}.count = {}; ", s.count[i]);
+        for (object, with) in OBJECTS.iter().zip(&s.with[i]) {
+            facts += &with.map_or(String::new(), |to| format!("{a}.with({object}) = {}; ", OBJECTS[to]));
+        }
         facts += &s.holds[i].map_or(String::new(), |o| format!("{a}.holds = {}; ", OBJECTS[o]));
     }
     for (i, o) in OBJECTS.iter().enumerate() {
@@ -344,6 +373,16 @@ pub fn text(domain: &Domain) -> String {
         } else {
             String::new()
         };
+        for (j, other) in OBJECTS.iter().enumerate() {
+            for (bit, a) in crate::planner::AGENTS.iter().enumerate() {
+                if s.near[i][j][bit] {
+                    facts += &format!("{o}.near({other}, {a}) = true; ");
+                }
+                if s.saw[i][j] >> bit & 1 == 1 {
+                    facts += &format!("{o}.saw({other}) <<= {a}; ");
+                }
+            }
+        }
         for (bit, a) in crate::planner::AGENTS
             .iter()
             .enumerate()
@@ -356,8 +395,8 @@ pub fn text(domain: &Domain) -> String {
     format!(
         "factdatabase {{
   define entityType Object;
-  define entityAttributes Agent {{ dynamic atom number count; dynamic atom Object holds; }}
-  define entityAttributes Object {{ static atom number weight; dynamic atom bool done; dynamic atom Object next; dynamic set Agent users; }}
+  define entityAttributes Agent {{ dynamic atom number count; dynamic atom Object holds; dynamic atom Object with(Object); }}
+  define entityAttributes Object {{ static atom number weight; dynamic atom bool done; dynamic atom Object next; dynamic set Agent users; dynamic atom bool near(Object, Agent By); dynamic set Agent saw(Object What); }}
   R = new Agent; H = new Agent; CUP = new Object; BOX = new Object; PEN = new Object;
   {facts}
 }}

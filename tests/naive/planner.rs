@@ -24,6 +24,12 @@ pub struct State {
     /// Agents, as bits.
     pub users: [u8; 3],
     pub weight: [i64; 3],
+    /// By agent and object.
+    pub with: [[Option<usize>; 3]; 2],
+    /// By object, object and agent.
+    pub near: [[[bool; 2]; 3]; 3],
+    /// Agents as bits, by two objects.
+    pub saw: [[u8; 3]; 3],
 }
 
 /// Variables by name.
@@ -37,6 +43,8 @@ pub enum Object {
     Next(Box<Object>),
     /// What the agent of a variable holds.
     Held(String),
+    /// An attribute of the agent with an argument.
+    With(String, Box<Object>),
 }
 
 #[derive(Debug, Clone)]
@@ -49,6 +57,8 @@ pub enum Test {
     In(String, bool),
     Level(&'static str, i64),
     Users(String, i64),
+    Near(Object, Object, String, bool),
+    Saw(String, Object, Object, bool),
     Or(Vec<Test>, Vec<Test>),
     Not(Vec<Test>),
     All(String, Vec<Test>, Vec<Test>),
@@ -62,6 +72,9 @@ pub enum Effect {
     Next(String, Option<Object>),
     Count(String),
     Use(String, String, bool),
+    With(String, Object, Option<Object>),
+    Near(Object, Object, String, bool),
+    Saw(Object, Object, String, bool),
     If(Vec<Test>, Vec<Effect>, Vec<Effect>),
     All(String, Vec<Test>, Vec<Effect>),
 }
@@ -142,6 +155,10 @@ fn object(s: &State, f: &Frame, path: &Object) -> Option<Value> {
             _ => None,
         },
         Object::Held(v) => agent(f, v).map(|a| through(s.holds[a])),
+        Object::With(v, arg) => match object(s, f, arg)? {
+            Value::Object(o) => agent(f, v).map(|a| through(s.with[a][o])),
+            _ => None,
+        },
     }
 }
 
@@ -149,6 +166,14 @@ fn agent(f: &Frame, var: &str) -> Option<usize> {
     match f.get(var) {
         Some(Value::Agent(a)) => Some(*a),
         _ => AGENTS.iter().position(|a| *a == var),
+    }
+}
+
+/// Returns the object at the end of a path, if there is one.
+fn there(s: &State, f: &Frame, path: &Object) -> Option<usize> {
+    match object(s, f, path) {
+        Some(Value::Object(o)) => Some(o),
+        _ => None,
     }
 }
 
@@ -200,6 +225,15 @@ fn holds(s: &State, f: &Frame, test: &Test) -> bool {
         },
         Test::Level(op, n) => matches!(f["N"], Value::Number(level) if compare(level, op, *n)),
         Test::Users(o, n) => i64::from(s.users[variable(f, o).unwrap()].count_ones()) >= *n,
+        Test::Near(o, p, a, wanted) => match (there(s, f, o), there(s, f, p)) {
+            (Some(o), Some(p)) => s.near[o][p][agent(f, a).unwrap()] == *wanted,
+            // As above.
+            _ => !wanted,
+        },
+        Test::Saw(a, o, p, wanted) => match (there(s, f, o), there(s, f, p)) {
+            (Some(o), Some(p)) => (s.saw[o][p] >> agent(f, a).unwrap() & 1 == 1) == *wanted,
+            _ => !wanted,
+        },
         Test::Or(a, b) => all(s, f, a) || all(s, f, b),
         Test::Not(a) => !all(s, f, a),
         Test::All(v, guard, body) => (0..3)
@@ -233,6 +267,22 @@ fn apply(s: &mut State, f: &Frame, effects: &[Effect]) {
             Effect::Use(o, a, adds) => {
                 let (o, bit) = (variable(f, o).unwrap(), 1 << agent(f, a).unwrap());
                 s.users[o] = if *adds { s.users[o] | bit } else { s.users[o] & !bit };
+            }
+            Effect::With(a, arg, to) => {
+                if let (Some(arg), Some(new)) = (there(s, f, arg), value(s, to)) {
+                    s.with[agent(f, a).unwrap()][arg] = new;
+                }
+            }
+            Effect::Near(o, p, a, near) => {
+                if let (Some(o), Some(p)) = (there(s, f, o), there(s, f, p)) {
+                    s.near[o][p][agent(f, a).unwrap()] = *near;
+                }
+            }
+            Effect::Saw(o, p, a, adds) => {
+                if let (Some(o), Some(p)) = (there(s, f, o), there(s, f, p)) {
+                    let bit = 1 << agent(f, a).unwrap();
+                    s.saw[o][p] = if *adds { s.saw[o][p] | bit } else { s.saw[o][p] & !bit };
+                }
             }
             Effect::If(tests, yes, no) => {
                 let chosen = if all(s, f, tests) { yes } else { no };

@@ -51,9 +51,20 @@ impl Scope {
     fn of_task() -> Self {
         Scope {
             agents: ["A", "R", "H", "A", "H", "A.helper"].map(String::from).to_vec(),
-            objects: ["O", "CUP", "BOX", "O", "BOX", "O", "A.holds", "A.helper.holds"]
-                .map(String::from)
-                .to_vec(),
+            objects: [
+                "O",
+                "CUP",
+                "BOX",
+                "O",
+                "BOX",
+                "O",
+                "A.holds",
+                "A.helper.holds",
+                "A.with(O)",
+                "H.with(A.with(CUP))",
+            ]
+            .map(String::from)
+            .to_vec(),
             nest: 2,
             next: 0,
         }
@@ -87,7 +98,8 @@ impl Scope {
 
     fn set(&self, c: &mut Choices<'_>) -> String {
         let (object, agent) = (self.object(c), self.agent(c));
-        match c.below(4) {
+        match c.below(5) {
+            4 => format!("{object}.seen({}, {})", self.object(c), self.place(c)),
             0 => format!("{object}.users"),
             1 => format!("[{agent}]"),
             2 => format!("{object}.users + {agent}"),
@@ -137,8 +149,17 @@ impl Scope {
     }
 
     fn effect(&self, c: &mut Choices<'_>) -> String {
-        let kinds = if self.nest > 0 { 9 } else { 7 };
+        let kinds = if self.nest > 0 { 11 } else { 9 };
         match c.below(kinds) {
+            7 => format!("{}.with({}) = {}; ", self.agent(c), self.object(c), self.object(c)),
+            8 => format!(
+                "{}.seen({}, {}) {} {}; ",
+                self.object(c),
+                self.object(c),
+                self.place(c),
+                c.one(&["<<=", "=>>"]),
+                self.agent(c)
+            ),
             0 => format!("{}.done = true; ", self.object(c)),
             1 => format!("{}.at = {}; ", self.object(c), self.place(c)),
             2 => format!("{}.holds = {}; ", self.agent(c), self.object(c)),
@@ -151,7 +172,7 @@ impl Scope {
             ),
             5 => format!("{}.users = {}; ", self.object(c), self.set(c)),
             6 => format!("{}.helper = {}; ", self.agent(c), c.one(&["NULL", "A", "H"])),
-            7 => {
+            9 => {
                 let inner = Scope {
                     nest: self.nest - 1,
                     ..self.clone()
@@ -253,6 +274,7 @@ fn initial(c: &mut Choices<'_>) -> String {
         "H.count = 0; ",
         "CUP.at = TABLE; ",
         "BOX.at = SHELF; ",
+        "H.with(BOX) = CUP; ",
         "BOX.users <<= H; ",
     ];
     let plain = if c.kind == Kind::Symbolic { values.len() } else { 4 };
@@ -276,8 +298,8 @@ pub fn domain(choices: &[u16], kind: Kind) -> String {
         "factdatabase {{
   define entityType Object;
   define entityType Place;
-  define entityAttributes Agent {{ dynamic atom Object holds; dynamic atom Agent helper; dynamic atom number count; }}
-  define entityAttributes Object {{ dynamic atom Place at {on}; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users {reachable}; }}
+  define entityAttributes Agent {{ dynamic atom Object holds; dynamic atom Agent helper; dynamic atom number count; dynamic atom Object with(Object); }}
+  define entityAttributes Object {{ dynamic atom Place at {on}; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users {reachable}; dynamic set Agent seen(Object, Place At); }}
   R = new Agent; H = new Agent; CUP = new Object; BOX = new Object; TABLE = new Place; SHELF = new Place;
   CUP.weight = 2; BOX.weight = 1; R.count = 2; H.count = 3; R.helper = H; R.holds = BOX; {initial}
 }}

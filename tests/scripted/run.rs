@@ -55,7 +55,7 @@ pub fn compile(text: &str) -> Domain {
 }
 
 /// Reads a task that must be right.
-pub fn goal(domain: &Domain, task: &str) -> Goal {
+pub fn goal(domain: &mut Domain, task: &str) -> Goal {
     let mut sources = Sources::default();
     let file = sources.add("task", task);
     let (goal, problems) = check::parse_goal(task, file, 0, domain);
@@ -65,8 +65,8 @@ pub fn goal(domain: &Domain, task: &str) -> Goal {
 
 /// Plans `task` with what the reasoner says.
 pub fn run(text: &str, task: &str, reasoner: Scripted, settings: &Settings) -> Run {
-    let domain = compile(text);
-    let goal = goal(&domain, task);
+    let mut domain = compile(text);
+    let goal = goal(&mut domain, task);
     solve(domain, goal, reasoner, settings)
 }
 

@@ -346,10 +346,10 @@ fn choices_without_tasks_spend_the_budget_too() {
 
 /// Plans for the best with a flag that `on_plan` raises; says how it ended and what it kept.
 fn interrupted(raise_before: bool) -> (Ending, bool) {
-    let domain = compile(&text(
+    let mut domain = compile(&text(
         "method Go(Agent A) { { subtasks { 1: Mark(A, CUP); 2: Mark(A, BOX) > 1; }; } { subtasks { 1: Mark(A, CUP); }; } }",
     ));
-    let goal = goal(&domain, "Go(R)");
+    let goal = goal(&mut domain, "Go(R)");
     let stop = AtomicBool::new(raise_before);
     let mut reasoner = Scripted::new("", &[]);
     let outcome = engine::solve(&domain, &goal, &mut reasoner, &BEST, &stop, &mut |_, _| {

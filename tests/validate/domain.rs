@@ -34,6 +34,7 @@ fn of(base: Expr, attribute: AttributeId) -> Expr {
     Expr::Attribute {
         base: Box::new(base),
         attribute,
+        args: Box::default(),
     }
 }
 
@@ -64,6 +65,7 @@ fn param(name: &str, ty: TypeId) -> Param {
 fn set(entity: Expr, attribute: AttributeId, value: Expr) -> Effect {
     Effect::Assign {
         entity,
+        args: Box::default(),
         attribute,
         value,
     }
@@ -135,6 +137,7 @@ pub fn domain() -> Domain {
             is_set,
             base,
             fact: fact.map(String::from),
+            arguments: Vec::new(),
             slots,
         });
     }

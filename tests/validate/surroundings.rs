@@ -36,6 +36,7 @@ fn gantry_hand(op: CompareOp) -> Test {
         left: Expr::Attribute {
             base: Box::new(Expr::Const(Value::Entity(EntityId(0)))),
             attribute: AttributeId(0),
+            args: Box::default(),
         },
         right: Expr::Const(Value::Null),
     }
@@ -50,6 +51,7 @@ fn painted() -> Expr {
     Expr::Attribute {
         base: Box::new(Expr::Var(Var(1))),
         attribute: AttributeId(4),
+        args: Box::default(),
     }
 }
 
@@ -195,6 +197,7 @@ pub fn surroundings() -> Vec<Damage> {
             d.actions[PICKS].effects.push(Effect::Assign {
                 entity: Expr::Const(Value::Entity(EntityId(3))),
                 attribute: AttributeId(4),
+                args: Box::default(),
                 value: Expr::Const(Value::Bool(false)),
             });
         }),

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::Linted;
 use super::read::Read;
 use crate::diag::{Problem, Problems};
-use crate::ir::{Attribute, AttributeId, Binder, SelectOrder, Value};
+use crate::ir::{Attribute, AttributeId, Binder, RuleKind, SelectOrder, Value};
 use crate::source::Span;
 
 pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
@@ -25,6 +25,11 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
     }
     for fact in &domain.facts {
         read.test(&fact.body);
+    }
+    for rule in &domain.social {
+        if let RuleKind::State { test, .. } = &rule.kind {
+            read.test(test);
+        }
     }
     for method in &domain.methods {
         method.goal.iter().for_each(|goal| read.test(goal));

@@ -47,6 +47,7 @@ fn undoes(action: &Action, args: &[Expr], goal: &Test) -> Option<(usize, Attribu
                 entity,
                 attribute: changed,
                 value: new,
+                ..
             } if *changed == attribute => {
                 let (entity, new) = (replaced(entity, args), replaced(new, args));
                 let is_false = match wanted {
@@ -61,11 +62,13 @@ fn undoes(action: &Action, args: &[Expr], goal: &Test) -> Option<(usize, Attribu
                 entity,
                 attribute: changed,
                 element,
+                ..
             }
             | Effect::Remove {
                 entity,
                 attribute: changed,
                 element,
+                ..
             } if *changed == attribute => {
                 let adds = matches!(effect, Effect::Add { .. });
                 let against = matches!((&wanted, adds), (Wanted::Member, false) | (Wanted::NoMember, true));
@@ -93,10 +96,12 @@ enum Wanted {
 /// Returns what a goal asks, of which attribute of which entity, and the value.
 fn wanted(goal: &Test) -> Option<(Wanted, AttributeId, &Expr, &Expr)> {
     let place = |expr| match expr {
-        // The entity at the end of a longer path may be another by then.
-        &Expr::Attribute { ref base, attribute } if matches!(**base, Expr::Var(_) | Expr::Const(_)) => {
-            Some((attribute, &**base))
-        }
+        // The entity at the end of a longer path, or an argument, may be another by then.
+        &Expr::Attribute {
+            ref base,
+            attribute,
+            ref args,
+        } if args.is_empty() && matches!(**base, Expr::Var(_) | Expr::Const(_)) => Some((attribute, &**base)),
         _ => None,
     };
     match goal {

@@ -30,8 +30,8 @@ pub(super) struct Linted<'a> {
     pub methods: Vec<(&'a ast::Method, &'a ir::Method)>,
     /// Whether the world is known: then every entity and every initial value is.
     pub has_world: bool,
-    /// The task to plan, if one is named.
-    pub task: Option<&'a str>,
+    /// The tasks to plan, if any are named.
+    pub tasks: &'a [String],
     /// The file that the user named; what it imports may be there for others, too.
     pub main: Option<FileId>,
 }
@@ -54,7 +54,7 @@ impl<'a> Linted<'a> {
             actions: actions.zip(&domain.actions).collect(),
             methods: methods.zip(&domain.methods).collect(),
             has_world: false,
-            task: None,
+            tasks: &[],
             main: None,
         }
     }

@@ -210,7 +210,7 @@ fn values<'a>(domain: &Domain, tests: impl Iterator<Item = &'a &'a Test>, of_typ
     let mut read = Read::default();
     tests.for_each(|test| read.test(test));
     let attribute = read.attributes.first().and_then(|a| domain.attributes.get(a.index()));
-    let Some(attribute) = attribute.filter(|_| read.attributes.len() == 1) else {
+    let Some(attribute) = attribute.filter(|a| read.attributes.len() == 1 && a.arguments.is_empty()) else {
         return "compare with values that are set in `factdatabase` or in the world file".into();
     };
     let slots = of_type.entities.iter().filter_map(|e| *attribute.slots.get(e.index())?);
@@ -289,12 +289,17 @@ impl Eval<'_> {
         match expr {
             Expr::Const(value) => Some(value.clone()),
             Expr::Var(var) if *var == self.var => Some(Value::Entity(self.entity)),
-            Expr::Attribute { base, attribute } => {
-                let Value::Entity(entity) = self.expr(base)? else {
-                    return None;
+            Expr::Attribute { base, attribute, args } => {
+                let entity = |expr| match self.expr(expr)? {
+                    Value::Entity(entity) => Some(entity),
+                    _ => None,
                 };
-                let slots = &self.domain.attributes.get(attribute.index())?.slots;
-                let slot = slots.get(entity.index()).copied().flatten()?;
+                let args: Option<Vec<EntityId>> = args.iter().map(entity).collect();
+                let slot = self
+                    .domain
+                    .attributes
+                    .get(attribute.index())?
+                    .slot(entity(base)?, &args?)?;
                 let value = self.domain.initial.get(slot.index())?.clone();
                 // A domain alone leaves values to the world.
                 let is_unset = match &value {

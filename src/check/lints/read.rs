@@ -21,9 +21,10 @@ impl Read {
                 self.variables.insert(*var);
             }
             Expr::GeometricCost | Expr::GeometricDuration => self.asks_geometry = true,
-            Expr::Attribute { base, attribute } => {
+            Expr::Attribute { base, attribute, args } => {
                 self.attributes.insert(*attribute);
                 self.expr(base);
+                args.iter().for_each(|a| self.expr(a));
             }
             Expr::Size(inner) | Expr::Negate(inner) => self.expr(inner),
             Expr::List(elements) => elements.iter().for_each(|e| self.expr(e)),
@@ -69,24 +70,29 @@ impl Read {
                 Effect::Assign {
                     entity,
                     attribute,
+                    args,
                     value,
                 } => {
                     written.insert(*attribute);
                     self.expr(entity);
+                    args.iter().for_each(|a| self.expr(a));
                     self.expr(value);
                 }
                 Effect::Add {
                     entity,
                     attribute,
+                    args,
                     element,
                 }
                 | Effect::Remove {
                     entity,
                     attribute,
+                    args,
                     element,
                 } => {
                     written.insert(*attribute);
                     self.expr(entity);
+                    args.iter().for_each(|a| self.expr(a));
                     self.expr(element);
                 }
                 Effect::Forall { guard, effects, .. } => {

@@ -20,7 +20,7 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
     let of_others = |id: MethodId| calls(domain, id).filter(move |task| *task != TaskId::Method(id));
     let called: BTreeSet<TaskId> = ids.clone().flat_map(of_others).collect();
     let mut roots: Vec<TaskId> = ids.map(TaskId::Method).filter(|task| !called.contains(task)).collect();
-    roots.extend(linted.task.and_then(|name| domain.task(name)));
+    roots.extend(linted.tasks.iter().filter_map(|name| domain.task(name)));
     if roots.is_empty() {
         // Every method is called by another: the domain does not say where it starts.
         return;

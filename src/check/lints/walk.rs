@@ -1,12 +1,12 @@
 //! Walks over what was written, to see which names it speaks of.
 
-use crate::syntax::ast::{Effect, Expr, ExprKind, Name, Select, Step, Test, TestKind};
+use crate::syntax::ast::{Effect, Expr, ExprKind, Name, Path, Select, Step, Test, TestKind};
 
 /// Calls `f` with the first name of every path in the expression.
 pub(super) fn names_of_expr<'a>(expr: &'a Expr, f: &mut dyn FnMut(&'a Name)) {
     match &expr.kind {
         ExprKind::Number(_) | ExprKind::String(_) | ExprKind::Bool(_) | ExprKind::Null => {}
-        ExprKind::Path(path) => f(&path.root),
+        ExprKind::Path(path) => names_of_path(path, f),
         ExprKind::Call(call) => call.args.iter().for_each(|a| names_of_expr(a, f)),
         ExprKind::List(elements) => elements.iter().for_each(|e| names_of_expr(e, f)),
         ExprKind::Negate(inner) => names_of_expr(inner, f),
@@ -15,6 +15,12 @@ pub(super) fn names_of_expr<'a>(expr: &'a Expr, f: &mut dyn FnMut(&'a Name)) {
             names_of_expr(right, f);
         }
     }
+}
+
+fn names_of_path<'a>(path: &'a Path, f: &mut dyn FnMut(&'a Name)) {
+    f(&path.root);
+    let args = path.steps.iter().flat_map(|s| &s.args);
+    args.for_each(|a| names_of_expr(a, f));
 }
 
 /// Calls `f` with the first name of every path in the tests.
@@ -41,7 +47,7 @@ pub(super) fn names_of_effects<'a>(effects: &'a [Effect], f: &mut dyn FnMut(&'a 
     for effect in effects {
         match effect {
             Effect::Assign(assignment) => {
-                f(&assignment.target.root);
+                names_of_path(&assignment.target, f);
                 names_of_expr(&assignment.value, f);
             }
             Effect::Forall { guard, effects, .. } => {

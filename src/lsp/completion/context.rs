@@ -21,6 +21,9 @@ pub(super) enum Block {
     Effects,
     Projects,
     Settings,
+    Social,
+    /// Within `undesirable sequence NAME weight N { }`.
+    Sequence,
     /// Arguments of SELECT; of FORALL and EXIST, and whether effects stand in the second block.
     Select,
     Quantified {
@@ -256,13 +259,17 @@ impl<'a> Scan<'a, '_> {
         }
     }
 
+    fn let_value(&self, value: &[&str]) -> Option<Value> {
+        // A path from end to end: `A . sees ( O )` has a step less here than tokens.
+        let path = path_before(value);
+        let is_whole = path.first() == value.first();
+        path_value(&path, &self.variables, self.index).filter(|_| is_whole)
+    }
+
     fn bind_let(&mut self, i: usize) {
         let in_subtasks = self.frames.last().is_some_and(|f| f.block == Block::Subtasks);
         if let (true, ["let", name, "=", value @ ..]) = (in_subtasks, self.head(i)) {
-            let bound = (
-                (*name).to_owned(),
-                path_value(value, &self.variables, self.index).unwrap_or(Value::Unknown),
-            );
+            let bound = ((*name).to_owned(), self.let_value(value).unwrap_or(Value::Unknown));
             self.variables.push(bound);
         }
     }
@@ -302,6 +309,7 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
             ("function", _) => Block::Value,
             ("fact", _) => Block::Tests,
             ("settings", _) => Block::Settings,
+            ("social", _) => Block::Social,
             _ => Block::Opaque,
         },
         Block::Action => match first {
@@ -315,6 +323,10 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
             "goal" | "empty" => Block::Tests,
             "" => Block::Decomposition,
             _ => Block::Opaque,
+        },
+        Block::Social => match head.get(1).copied() {
+            Some("sequence") => Block::Sequence,
+            _ => Block::Tests,
         },
         Block::Decomposition => match first {
             "preconditions" => Block::Tests,
@@ -331,9 +343,57 @@ fn braces(outer: Block, first: &str, head: &[&str], n_blocks: usize) -> Block {
         | Block::Subtasks
         | Block::Projects
         | Block::Settings
+        | Block::Sequence
         | Block::Value
         | Block::Opaque => Block::Opaque,
     }
+}
+
+/// Returns the path at the end of the tokens without the arguments of its steps: `A . sees . at` of `x == A . sees ( O ) . at`.
+pub(super) fn path_before<'t>(tokens: &[&'t str]) -> Vec<&'t str> {
+    let mut path = Vec::new();
+    let mut rest = tokens;
+    while let Some((last, mut before)) = rest.split_last() {
+        let mut word = *last;
+        if word == ")" {
+            let Some(open) = opening(rest) else { break };
+            let Some((name, more)) = rest.get(..open).and_then(<[_]>::split_last) else {
+                break;
+            };
+            // A call of a function, or an expression in brackets.
+            if more.last() != Some(&".") {
+                path.push(word);
+                break;
+            }
+            (word, before) = (name, more);
+        }
+        path.push(word);
+        match before.split_last() {
+            Some((&".", more)) => {
+                path.push(".");
+                rest = more;
+            }
+            _ => break,
+        }
+    }
+    path.reverse();
+    path
+}
+
+/// Returns where the bracket opens that the last token closes.
+fn opening(tokens: &[&str]) -> Option<usize> {
+    let mut depth = 0_usize;
+    for (i, token) in tokens.iter().enumerate().rev() {
+        match *token {
+            ")" => depth += 1,
+            "(" => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(i);
+        }
+    }
+    None
 }
 
 /// Returns what the tokens `A . holding . isAt` hold; `None` if they are no path or it is not known.

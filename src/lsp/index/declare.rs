@@ -68,7 +68,12 @@ pub(super) fn declare(index: &mut Index, items: &[&Item]) {
             }
             Item::Fact(f) => index.declare_callable(Kind::Fact, None, &f.name, &f.params, f.span),
             Item::Geometric(g) => index.declare_callable(Kind::Geometric, None, &g.name, &g.params, g.span),
-            Item::EntityType(_) | Item::Initial(_) | Item::Settings(_) | Item::TimePart(_) | Item::Import(_) => {}
+            Item::EntityType(_)
+            | Item::Initial(_)
+            | Item::Settings(_)
+            | Item::Social(_)
+            | Item::TimePart(_)
+            | Item::Import(_) => {}
         }
     }
 }
@@ -101,7 +106,11 @@ impl Index {
         let many = if attribute.is_set { "set" } else { "atom" };
         let fact = attribute.fact.as_ref();
         let fact = fact.map_or_else(String::new, |f| format!(" = fact {}", f.text));
-        let head = format!("{how} {many} {} {}{fact}", attribute.base.text, attribute.name.text);
+        let params = attribute.params_as_written();
+        let head = format!(
+            "{how} {many} {} {}{params}{fact}",
+            attribute.base.text, attribute.name.text
+        );
         let id = self.declared(Kind::Attribute, &attribute.name, attribute.span, head);
         self.symbols[id.0].value = self.value_of(&attribute.base.text, attribute.is_set);
         self.symbols[id.0].owner = Some(owner);

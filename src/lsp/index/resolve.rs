@@ -96,6 +96,12 @@ impl Walk<'_> {
                 let id = self.index.geometrics.get(&g.name.text).copied();
                 self.head(&g.name, id, &g.params);
             }
+            Item::Social(social) => {
+                for rule in &social.rules {
+                    self.rule(rule);
+                    self.scope.clear();
+                }
+            }
             Item::Settings(_) | Item::TimePart(_) | Item::Import(_) => {}
         }
     }
@@ -111,6 +117,30 @@ impl Walk<'_> {
             if let Some(fact) = &attribute.fact {
                 let id = self.index.facts.get(&fact.text).copied();
                 self.occurs_if(fact, id);
+            }
+        }
+    }
+
+    fn rule(&mut self, rule: &Rule) {
+        if let Some(name) = &rule.name {
+            self.head(name, None, &rule.params);
+        }
+        match &rule.kind {
+            RuleKind::State(tests) => self.tests(tests),
+            RuleKind::Sequence(patterns) => {
+                for Pattern { call, .. } in patterns {
+                    let id = self.index.tasks.get(&call.name.text).copied();
+                    self.occurs_if(&call.name, id);
+                    call.args.iter().for_each(|a| self.expr(a));
+                }
+            }
+            RuleKind::EffortBalance(_) | RuleKind::WastedTime | RuleKind::IntricateLinks => {}
+        }
+        for name in &rule.among {
+            let entity = self.index.entities.get(&name.text).copied();
+            match entity {
+                Some(entity) => self.occurs(name, entity),
+                None => self.ty(name),
             }
         }
     }
@@ -278,7 +308,7 @@ impl Walk<'_> {
 
     fn assignment(&mut self, assignment: &Assignment) {
         self.path(&assignment.target);
-        let last = assignment.target.steps.last().map(|s| s.span);
+        let last = assignment.target.steps.last().map(|s| s.name.span);
         if let Some(written) = self.index.occurrences.last_mut().filter(|o| Some(o.span) == last) {
             written.is_write = true;
         }
@@ -350,6 +380,8 @@ impl Walk<'_> {
         self.occurs(&path.root, root);
         let mut value = self.index.get(root).value;
         for step in &path.steps {
+            step.args.iter().for_each(|a| self.expr(a));
+            let step = &step.name;
             let found = match value {
                 Value::Entity(ty) => self.index.attribute_of(ty, &step.text),
                 // Of an entity of the world the type is not known here; most names leave no choice.

@@ -27,7 +27,9 @@ function buildTree(plan, jump) {
     row.style.setProperty("--depth", Math.min(depths[i], 30));
     const button = element("button", "", "");
     button.type = "button";
-    const what = element("span", "what", `(${node.arguments.join(", ")})`);
+    // A task network is named by its text, which is the plan's task.
+    const isNetwork = node.parent === undefined && node.task === plan.task;
+    const what = element("span", "what", isNetwork ? "" : `(${node.arguments.join(", ")})`);
     what.prepend(element("b", "", node.task));
     button.append(what);
     if (node.action !== undefined) {

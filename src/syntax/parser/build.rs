@@ -36,14 +36,14 @@ impl<'p> Builder<'p> {
         }
     }
 
-    fn span(&self, pair: &Pair<'_, Rule>) -> Span {
+    pub(super) fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
         // pest counts the white space before a missing optional part as the rule's own.
         let end = span.start() + pair.as_str().trim_end().len();
         self.place.span_of(self.start + span.start(), self.start + end)
     }
 
-    fn name(&self, pair: Pair<'_, Rule>) -> Name {
+    pub(super) fn name(&self, pair: Pair<'_, Rule>) -> Name {
         Name {
             text: pair.as_str().to_owned(),
             span: self.span(&pair),
@@ -59,9 +59,10 @@ impl<'p> Builder<'p> {
         items
     }
 
-    pub(super) fn goal_call(&mut self, pairs: Pairs<'_, Rule>) -> Option<Call> {
-        let goal = pairs.into_iter().next()?;
-        parts(goal).next().map(|call| self.call(call))
+    /// Returns the tasks of a network.
+    pub(super) fn network(&mut self, pairs: Pairs<'_, Rule>) -> Vec<Subtask> {
+        let tasks = pairs.into_iter().flat_map(parts);
+        tasks.map(|task| self.subtask(task)).collect()
     }
 
     fn item(&mut self, pair: Pair<'_, Rule>, items: &mut Vec<Item>) {
@@ -152,6 +153,10 @@ impl<'p> Builder<'p> {
                 let settings = parts(pair).map(|s| self.setting(s)).collect();
                 Item::Settings(Settings { settings, span })
             }
+            Rule::social => {
+                let rules = parts(pair).map(|r| self.rule(r)).collect();
+                Item::Social(Social { rules, span })
+            }
             Rule::time_part => Item::TimePart(span),
             Rule::import => {
                 let path = parts(pair).want();
@@ -185,18 +190,33 @@ impl<'p> Builder<'p> {
         let is_set = p.want().as_rule() == Rule::kw_set;
         let base = self.name(p.want());
         let name = self.name(p.want());
+        let params = p.take_if(Rule::attribute_params);
+        let params = params.map_or_else(Vec::new, |params| {
+            parts(params).map(|param| self.attribute_param(param)).collect()
+        });
         let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
         Attribute {
             is_static,
             is_set,
             base,
             name,
+            params,
             fact,
             span,
         }
     }
 
-    fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
+    fn attribute_param(&mut self, pair: Pair<'_, Rule>) -> AttributeParam {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        AttributeParam {
+            ty: self.name(p.want()),
+            name: p.next().map(|n| self.name(n)),
+            span,
+        }
+    }
+
+    pub(super) fn params(&mut self, pair: Pair<'_, Rule>) -> Vec<Param> {
         let mut params = Vec::new();
         for param in parts(pair) {
             let span = self.span(&param);
@@ -266,6 +286,9 @@ impl<'p> Builder<'p> {
 
     fn step(&mut self, pair: Pair<'_, Rule>) -> Step {
         let span = self.span(&pair);
+        if pair.as_rule() == Rule::subtask {
+            return Step::Subtask(self.subtask(pair));
+        }
         let rule = pair.as_rule();
         let mut p = parts(pair);
         match rule {
@@ -304,25 +327,25 @@ impl<'p> Builder<'p> {
                     span,
                 })
             }
-            Rule::subtask => {
-                let label = p.take_if(Rule::label).map(|l| self.name(l));
-                let call = self.call(p.want());
-                let after = match p.next() {
-                    Some(order) => parts(order).map(|l| self.name(l)).collect(),
-                    None => Vec::new(),
-                };
-                Step::Subtask(Subtask {
-                    label,
-                    call,
-                    after,
-                    span,
-                })
-            }
             other => unreachable!("builder: {other:?} is no step"),
         }
     }
 
-    fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
+    fn subtask(&mut self, pair: Pair<'_, Rule>) -> Subtask {
+        let span = self.span(&pair);
+        let mut p = parts(pair);
+        Subtask {
+            label: p.take_if(Rule::label).map(|l| self.name(l)),
+            call: self.call(p.want()),
+            after: match p.next() {
+                Some(order) => parts(order).map(|l| self.name(l)).collect(),
+                None => Vec::new(),
+            },
+            span,
+        }
+    }
+
+    pub(super) fn tests(&mut self, block: Pair<'_, Rule>) -> Vec<Test> {
         parts(block).map(|t| self.test(parts(t).want())).collect()
     }
 
@@ -440,7 +463,16 @@ impl<'p> Builder<'p> {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let root = self.name(p.want());
-        let mut steps: Vec<Name> = p.map(|s| self.name(s)).collect();
+        let mut steps: Vec<PathStep> = Vec::new();
+        while let Some(word) = p.next() {
+            let name = self.name(word);
+            let (mut args, mut span) = (Vec::new(), name.span);
+            if let Some(pair) = p.take_if(Rule::step_args) {
+                span = span.to(self.span(&pair));
+                args = parts(pair).map(|a| self.expr(a)).collect();
+            }
+            steps.push(PathStep { name, args, span });
+        }
         if steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
             let problem = Problem::error("hatp::too-large", message, span, "this path");
@@ -450,7 +482,7 @@ impl<'p> Builder<'p> {
         Path { root, steps, span }
     }
 
-    fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
+    pub(super) fn call(&mut self, pair: Pair<'_, Rule>) -> Call {
         let span = self.span(&pair);
         let mut p = parts(pair);
         Call {
@@ -461,7 +493,7 @@ impl<'p> Builder<'p> {
     }
 
     /// Reads an expression; the outermost one counts the operators of all within.
-    fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
+    pub(super) fn expr(&mut self, pair: Pair<'_, Rule>) -> Expr {
         let outer = (self.is_inside, self.n_operators);
         if !self.is_inside {
             (self.is_inside, self.n_operators) = (true, 0);

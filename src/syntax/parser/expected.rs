@@ -277,7 +277,7 @@ fn misspelt(found: &str, before_brace: bool) -> Option<&'static str> {
     if !is_word || found.len() > 32 || group(found).is_some() {
         return None;
     }
-    let is_keyword = |k: &&Keyword| !matches!(k.group, Group::Constant | Group::Type);
+    let is_keyword = |k: &&Keyword| !matches!(k.group, Group::Constant | Group::Type | Group::Social);
     let near = nearest(found, keywords().iter().filter(is_keyword).map(|k| k.word))?;
     let same_letters = near.eq_ignore_ascii_case(found);
     (same_letters || found.len() > if before_brace { 2 } else { 3 }).then_some(near)

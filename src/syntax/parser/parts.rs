@@ -69,6 +69,19 @@ fn is_fixed(rule: Rule) -> bool {
             | Rule::kw_fact
             | Rule::kw_request
             | Rule::kw_settings
+            | Rule::kw_social
+            | Rule::kw_undesirable
+            | Rule::kw_state
+            | Rule::kw_sequence
+            | Rule::kw_effort
+            | Rule::kw_balance
+            | Rule::kw_wasted
+            | Rule::kw_time
+            | Rule::kw_intricate
+            | Rule::kw_links
+            | Rule::kw_of
+            | Rule::kw_among
+            | Rule::kw_weight
             | Rule::kw_new
             | Rule::kw_action
             | Rule::kw_method

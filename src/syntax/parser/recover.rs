@@ -80,7 +80,7 @@ fn declared_in(part: &Range<usize>, place: &Place<'_>) -> Unread {
     match text(part.start, place) {
         "action" | "operator" | "method" | "task" if is_one => unread.tasks = true,
         "function" | "fact" | "request" if is_one => unread.functions = true,
-        "settings" if is_one => {}
+        "settings" | "social" if is_one => {}
         "define" if is_one && text(part.start + 1, place) == "entityAttributes" => {
             unread.attributes_of.push(text(part.start + 2, place).to_owned());
         }
@@ -179,6 +179,7 @@ fn body(part: Range<usize>, place: &Place<'_>) -> Option<(Rule, Range<usize>)> {
         "method" | "task" => Rule::lone_part,
         "define" => Rule::lone_attribute,
         "settings" => Rule::lone_setting,
+        "social" => Rule::lone_rule,
         "preconditions" | "constraints" | "goal" | "empty" | "fact" => Rule::lone_test,
         "effects" => Rule::lone_effect,
         "subtasks" => Rule::lone_step,

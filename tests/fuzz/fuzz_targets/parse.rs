@@ -13,5 +13,5 @@ fuzz_target!(|data: &[u8]| {
             assert!(text.get(label.span.range()).is_some(), "{problem:?}");
         }
     }
-    let _ = syntax::parse_call(FileId(0), 0, text);
+    let _ = syntax::parse_network(FileId(0), 0, text);
 });

@@ -1,12 +1,12 @@
-//! Reads files for the library.
+//! Reads files. All other rooms see texts alone, through [`Files`].
 
 use std::io::Read;
 
-use sgap::source::Files;
+use crate::source::Files;
 
-/// The file system.
-#[derive(Debug)]
-pub(super) struct Disk;
+/// The file system. A path is relative to the working directory of the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Disk;
 
 /// A domain, world or model file is never larger [bytes].
 const LARGEST: u64 = 64 << 20;
@@ -24,9 +24,14 @@ impl Files for Disk {
     }
 }
 
-/// Reads a plan, which may be larger than any file that people write.
-pub(super) fn read_plan(path: &str) -> Result<String, String> {
-    read_up_to(path, LARGEST_PLAN)
+impl Disk {
+    /// Reads a plan, which may be larger than any file that people write.
+    ///
+    /// # Errors
+    /// Why it can't be read, in a sentence.
+    pub fn read_plan(path: &str) -> Result<String, String> {
+        read_up_to(path, LARGEST_PLAN)
+    }
 }
 
 fn read_up_to(path: &str, largest: u64) -> Result<String, String> {
