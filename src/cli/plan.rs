@@ -118,19 +118,23 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         let text = texts.ok_or_else(not_whole)?.join("\n");
         return deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()));
     }
-    deliver(
-        options.output.as_deref(),
-        &mut |out| match (options.json, options.search.all, plans.first()) {
-            (true, None, Some(plan)) => json::write_to(plan, out),
-            (true, ..) => json::write_all_to(&plans, out),
-            (false, ..) => plans.iter().enumerate().try_for_each(|(i, plan)| {
-                if i > 0 {
-                    writeln!(out)?;
-                }
-                text::write_plan(plan, out)
-            }),
-        },
-    )
+    let delivered = deliver(options.output.as_deref(), &mut |out| match (
+        options.json,
+        options.search.all,
+        plans.first(),
+    ) {
+        (true, None, Some(plan)) => json::write_to(plan, out),
+        (true, ..) => json::write_all_to(&plans, out),
+        (false, ..) => plans.iter().enumerate().try_for_each(|(i, plan)| {
+            if i > 0 {
+                writeln!(out)?;
+            }
+            text::write_plan(plan, out)
+        }),
+    });
+    // The program ends: to free a long plan piece by piece would take as long as to write it.
+    std::mem::forget(plans);
+    delivered
 }
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.

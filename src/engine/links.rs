@@ -29,7 +29,8 @@ pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Ve
     let mut reduction = Reduction::default();
     let mut links = Vec::new();
     let (mut needs, mut candidates, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
-    for (after, ordered) in ordered.iter().enumerate() {
+    for after in 0..found.steps.len() {
+        let ordered = ordered.of(after);
         dependencies.of_step(found, after, &mut needs);
         candidates.clear();
         candidates.extend(needs.iter().map(|(before, _)| *before));

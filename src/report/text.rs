@@ -38,7 +38,8 @@ pub fn write_plan(plan: &Plan, out: &mut dyn io::Write) -> io::Result<()> {
             let steps = stream.iter().filter_map(|i| plan.actions.get(*i));
             for (i, a) in steps.enumerate() {
                 let between = if i > 0 { " | " } else { "" };
-                write!(out, "{between}{} {} {:.2}-{:.2}", a.index, a.name, a.start, a.end)?;
+                let (start, end) = (Fixed::<2>(a.start), Fixed::<2>(a.end));
+                write!(out, "{between}{} {} {start}-{end}", a.index, a.name)?;
             }
             writeln!(out)?;
         }
@@ -101,13 +102,29 @@ const HEADINGS: [&str; 8] = [
 /// Numbers to the right, words to the left.
 const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
 
+/// A number with `D` digits after the point. Whole ones, as most are in a domain without geometry, take no long division.
+struct Fixed<const D: usize>(f64);
+
+impl<const D: usize> std::fmt::Display for Fixed<D> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        /// Up to here every whole number is one.
+        const MOST: f64 = 9_007_199_254_740_992.0;
+        let is_whole = self.0.fract() == 0.0 && self.0.is_sign_positive() && self.0 < MOST;
+        if is_whole && D <= 8 {
+            write!(f, "{}.{}", self.0 as u64, &"00000000"[..D])
+        } else {
+            write!(f, "{:.D$}", self.0)
+        }
+    }
+}
+
 /// Writes one cell of an action's row.
 fn cell(action: &Action, column: usize, out: &mut String) {
     let geometry = action.geometry.as_ref();
     let _ = match (column, geometry) {
         (0, _) => write!(out, "{}", action.index),
-        (1, _) => write!(out, "{:.2}", action.start),
-        (2, _) => write!(out, "{:.2}", action.end),
+        (1, _) => write!(out, "{}", Fixed::<2>(action.start)),
+        (2, _) => write!(out, "{}", Fixed::<2>(action.end)),
         (3, _) => {
             out.push_str(&action.name);
             out.push('(');
@@ -118,7 +135,7 @@ fn cell(action: &Action, column: usize, out: &mut String) {
             out.push(')');
             Ok(())
         }
-        (7, _) => write!(out, "{:.4}", action.cost),
+        (7, _) => write!(out, "{}", Fixed::<4>(action.cost)),
         (4, Some(g)) => write!(out, "{}", g.arm),
         (5, Some(g)) => write!(out, "{}", g.grasp),
         (6, Some(g)) => g.placement.as_ref().map_or(Ok(()), |p| {
