@@ -24,6 +24,7 @@ pub mod planner;
 pub mod report;
 pub mod source;
 pub mod syntax;
+pub mod trace;
 pub mod validate;
 pub mod world;
 

@@ -138,6 +138,27 @@ pub trait Files {
     /// (missing, a directory, not UTF-8, larger than the limit).
     fn read(&self, path: &str) -> Result<String, String>;
 
+    /// Returns the file's bytes, or why it can't be read (missing, a directory, larger than the limit).
+    fn read_bytes(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.read(path).map(String::into_bytes)
+    }
+
+    /// Returns the folders in which the user keeps packages, for names such as `package://robot/arm.stl`.
+    fn packages(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Returns what was kept under `key`, if anything was.
+    fn cached(&self, key: &str) -> Option<Vec<u8>> {
+        let _ = key;
+        None
+    }
+
+    /// Keeps bytes for another run, if it can.
+    fn keep(&self, key: &str, bytes: &[u8]) {
+        let _ = (key, bytes);
+    }
+
     /// Returns the names of the files in `folder` (the empty text is the folder in which the program runs), for "did you
     /// mean" and for files that belong to another by their name. Nothing where that can't be told.
     fn list(&self, folder: &str) -> Vec<String> {

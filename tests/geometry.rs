@@ -8,6 +8,8 @@
 
 #[path = "geometry/collide.rs"]
 mod collide;
+#[path = "geometry/hull.rs"]
+mod hull;
 #[path = "geometry/ik.rs"]
 mod ik;
 #[path = "geometry/kinematics.rs"]

@@ -45,6 +45,14 @@ const EDGES: &[(&str, &[Edge])] = &[
     ),
     ("engine", &[("ir", ALL), ("plan", ALL)]),
     (
+        "trace",
+        &[
+            ("engine", &["Ending", "Event", "Observer"]),
+            ("ir", &["Domain", "Value"]),
+            ("plan", &["Refusal"]),
+        ],
+    ),
+    (
         "grp",
         &[
             (
@@ -84,6 +92,7 @@ const EDGES: &[(&str, &[Edge])] = &[
         &[
             ("engine", &["Ending", "Statistics", "Truncated"]),
             ("plan", ALL),
+            ("trace", &["Failure", "Group", "Summary", "TaskCounts"]),
             ("geom", &["Pose", "kinematics", "shape"]),
             ("world", ALL),
         ],
@@ -99,6 +108,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("load", ALL),
             ("engine", ALL),
             ("grp", ALL),
+            ("validate", ALL),
         ],
     ),
     (
@@ -355,7 +365,7 @@ fn codes() -> BTreeMap<String, String> {
             };
             let is_name =
                 !name.is_empty() && !name.ends_with('-') && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "hddl", "world", "urdf", "plan", "output"].contains(&room) && is_name {
+            if ["hatp", "hddl", "world", "urdf", "plan", "output", "trace"].contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }

@@ -9,6 +9,8 @@ mod domain;
 mod motions;
 #[path = "validate/plan.rs"]
 mod plan;
+#[path = "validate/social.rs"]
+mod social;
 #[path = "validate/surroundings.rs"]
 mod surroundings;
 #[path = "validate/world.rs"]
@@ -176,6 +178,15 @@ fn right_plans_in_other_surroundings_are_refused() {
     refused(surroundings::surroundings());
 }
 
+#[test]
+fn damaged_costs_are_refused() {
+    let right = social::right_costs();
+    replay(&right.plan, &right.domain, &domain::goal(), &right.world, &settings())
+        .map_err(|f| f.to_string())
+        .unwrap();
+    refused(social::costs());
+}
+
 /// No code without a plan that is refused for it.
 #[test]
 fn every_code_has_a_damaged_plan() {
@@ -186,6 +197,7 @@ fn every_code_has_a_damaged_plan() {
         motions::grips(),
         damage::trees(),
         damage::schedules(),
+        social::costs(),
         surroundings::surroundings(),
     ];
     let codes: Vec<&str> = groups.iter().flatten().map(|d| d.code).collect();

@@ -11,6 +11,8 @@ mod output;
 mod plan;
 mod problems;
 mod progress;
+mod repair;
+mod trace;
 mod validate;
 mod view;
 
@@ -73,13 +75,21 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
   sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
-  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc")]
+  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc
+  sgap plan domains/clear_table.hatp --task 'Wipe(PR2, TABLE); ClearTable(TABLE) > 1'
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 7")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
     #[command(after_help = "Examples:
   sgap validate domains/three_objects.hatp worlds/three_objects.toml plan.json
   sgap validate domains/clear_table.hatp plan.json --task 'ClearTable(TABLE)'")]
     Validate(validate::Options),
+    /// Say what a search did: a tree of its tasks with counts, and what ended its branches
+    #[command(after_help = "Examples:
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --trace search.jsonl
+  sgap trace search.jsonl
+  sgap trace search.jsonl --task 'ClearTable' --failures")]
+    Trace(trace::Options),
     /// Look for mistakes in a domain, alone or together with a world
     #[command(after_help = "Examples:
   sgap check domains/three_objects.hatp
@@ -144,7 +154,8 @@ struct Inputs {
     /// Another file of the domain, such as the functions that it leaves outside; may be given several times
     #[arg(long, value_name = "FILE")]
     with: Vec<PathBuf>,
-    /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'
+    /// Task instead of the world file's: 'MoveObjs(PR2, [CUP], SHELF, TABLE, BOB)'; or several with their order:
+    /// 'Get(A, CUP); Get(B, BOX); Sit(A) > 1, 2'
     #[arg(long, value_name = "TASK")]
     task: Option<String>,
     #[command(flatten)]
@@ -286,6 +297,7 @@ pub(crate) fn run() -> ExitCode {
     let result = match &cli.command {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
+        Command::Trace(options) => trace::run(options),
         Command::Check(options) => check::run(options),
         Command::Explain(options) => explain::run(options),
         Command::Doc(options) => doc::run(options),

@@ -10,8 +10,10 @@ use clap::Args;
 use super::output::{Failure, check_place, deliver, say};
 use super::problems::Form;
 use super::progress::Progress;
+use super::repair::RepairOptions;
+use super::trace;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending};
+use sgap::engine::{self, Aim, Cuts, Ending, Kept, Observer};
 use sgap::grp;
 use sgap::hddl;
 use sgap::plan::Plan;
@@ -25,12 +27,20 @@ pub(super) struct Options {
     pub inputs: Inputs,
     #[command(flatten)]
     pub search: SearchOptions,
+    #[command(flatten)]
+    repair: RepairOptions,
     /// Write the whole plan with its trajectories as JSON
     #[arg(long)]
     json: bool,
     /// Write to this file instead of the standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write all that the search does to this file, as JSON lines; `sgap trace FILE` reads it
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Write times into the trace, too: then no two runs write the same bytes
+    #[arg(long, requires = "trace")]
+    trace_times: bool,
 }
 
 /// The search's settings, for every command that plans.
@@ -111,7 +121,22 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
         return Err(Failure::Code(code::WRONG_USAGE));
     }
-    let plans = search_all(&ready, &options.search)?;
+    let kept = options.repair.kept(&ready)?;
+    let mut sink = match &options.trace {
+        Some(path) => {
+            let task = ready.domain.show_task(ready.goal.task, &ready.goal.args);
+            let seed = options.search.seed;
+            Some(trace::open(path, &options.inputs, task, seed, options.trace_times)?)
+        }
+        None => None,
+    };
+    let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
+    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)), observer);
+    let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
+    let plans = match plans {
+        Ok(plans) => plans,
+        Err(failure) => return is_traced.and(Err(failure)),
+    };
     if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
@@ -134,17 +159,24 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     });
     // The program ends: to free a long plan piece by piece would take as long as to write it.
     std::mem::forget(plans);
-    delivered
+    delivered?;
+    is_traced
 }
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options)?.into_iter().next();
+    let plan = search_all(ready, options, None, None)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
-/// As [`search`], with all plans that were asked for: one at least.
-fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failure> {
+/// As [`search`], with all plans that were asked for, one at least; each begins with what is kept. `observer` hears of all
+/// that the search does.
+fn search_all(
+    ready: &Ready,
+    options: &SearchOptions,
+    repair: Option<(&RepairOptions, &[Kept])>,
+    observer: Option<&mut dyn Observer>,
+) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
@@ -175,7 +207,9 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
             ));
         }
     };
-    let settings = options.settings().stop(stop).on_plan(&mut on_plan);
+    let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
+    let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
@@ -188,6 +222,9 @@ fn search_all(ready: &Ready, options: &SearchOptions) -> Result<Vec<Plan>, Failu
         ));
     }
     let timed_out = timed_out.load(Ordering::Relaxed);
+    if let (Some(index), Some((repair, _))) = (answer.impossible, repair) {
+        return Err(repair.impossible(index, &answer.why_not));
+    }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
         return Err(Failure::Code(match answer.ending {

@@ -15,6 +15,9 @@ impl Search<'_> {
     pub fn try_action(&mut self, node: u32, id: ActionId) -> Flow {
         let domain = self.context.domain;
         let action = &domain.actions[id.index()];
+        if let Some(flow) = self.refuse_unlike_kept(node, id) {
+            return flow;
+        }
         let frame = self.extend(node, id);
         if !self.passes(&action.preconditions, node, frame, 0) {
             return Flow::Back;
@@ -39,7 +42,6 @@ impl Search<'_> {
         let constraints = ground::formula(&mut self.context, &action.constraints, &mut self.tree.values[frame..]);
         self.tree.values.truncate(frame + action.params.len());
         let point = self.point();
-        self.statistics.projections += 1;
         let call = Call {
             name: &projection.name,
             args: &args,
@@ -48,6 +50,17 @@ impl Search<'_> {
         if self.observer.is_some() {
             self.tell_projecting(node, &call);
         }
+        if let Some(next) = self.kept.get(self.steps.len()) {
+            return match self
+                .context
+                .reasoner
+                .adopt(domain, &call, next.written.geometry.as_deref())
+            {
+                Ok(solution) => self.apply_action(node, Some((point, solution))),
+                Err(refusal) => self.refuse_geometry(node, refusal),
+            };
+        }
+        self.statistics.projections += 1;
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
                 let limit = action.alternatives.unwrap_or(self.settings.branching);

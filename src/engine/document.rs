@@ -85,7 +85,10 @@ fn cost_parts(found: &Found, domain: &Domain) -> Vec<CostPart> {
     let own = own.into_iter().map(|(name, weight)| (name, name, weight));
     let rules = domain.social.iter().map(|r| (r.name.as_str(), r.kind.word(), r.weight));
     let parts = own.chain(rules).zip(&found.amounts);
+    // What the formula leaves out is no part; a rule is, whatever its weight.
+    let is_part = |kind: &str, weight: f64| weight != 0.0 || !["sum", "makespan"].contains(&kind);
     parts
+        .filter(|((_, kind, weight), _)| is_part(kind, *weight))
         .map(|((name, kind, weight), amount)| CostPart {
             name: name.to_owned(),
             kind: kind.to_owned(),

@@ -7,7 +7,9 @@
 //! - a branch was left because it came back to something above it: it fails here only, and is not kept;
 //! - for the best plan, the branches beneath were left at some cost up to there: it is kept with that cost, and counts for
 //!   those that have cost as much;
-//! - with plans beneath, it is no failure when all plans are wanted.
+//! - with plans beneath, it is no failure when all plans are wanted;
+//! - where the best plan's cost is more than a sum (`objective`), what the actions to come cost depends on those before:
+//!   nothing is kept, and only circles are left.
 //!
 //! States and tasks are compared by fingerprints (`hash`). Geometry is part of the state if the reasoner can name its world
 //! state; else nothing is remembered in a domain whose actions are projected.
@@ -116,7 +118,9 @@ impl Search<'_> {
             false => 0,
             true => self.context.reasoner.state_key()?,
         };
-        let print = self.print_of_all(node);
+        // Which actions are allowed depends on how many of the kept ones are done.
+        let n_kept = self.steps.len().min(self.kept.len());
+        let print = self.print_of_all(node).number(n_kept as u64);
         Some(print.number(world as u64).number((world >> 64) as u64).key())
     }
 

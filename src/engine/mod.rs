@@ -14,6 +14,7 @@ mod eval;
 mod explain;
 mod ground;
 mod hash;
+mod kept;
 mod links;
 mod memo;
 mod names;
@@ -32,7 +33,8 @@ mod state;
 mod take_up;
 
 pub use document::document;
+pub use kept::Kept;
 pub use observe::{Event, Observer};
 pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
-pub use search::{solve, solve_observed};
+pub use search::{Hooks, repair, solve};

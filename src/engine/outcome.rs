@@ -205,6 +205,9 @@ pub struct Outcome {
     pub found: Option<Found>,
     /// With [`Aim::All`], the plans after the first, in the order found.
     pub others: Vec<Found>,
+    /// With kept actions, the first of them that can't be done, whatever the tasks are: nothing was searched, and `why_not`
+    /// says why it can't.
+    pub impossible: Option<usize>,
     /// No plan costs less.
     pub least_cost: f64,
     pub ending: Ending,

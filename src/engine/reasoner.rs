@@ -1,7 +1,7 @@
 //! What the engine asks of geometry. The engine owns this trait, so HTN logic is tested with exact, scripted answers.
 
 use crate::ir::{ArithmeticOp, AttributeId, Base, CompareOp, Domain, EntityId, RequestId, Value};
-use crate::plan::ActionRefusal;
+use crate::plan::{ActionRefusal, Geometry};
 
 /// Identifies a geometric action in a run (thesis 3.3.1: gasNum).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -98,6 +98,18 @@ pub trait Reasoner {
     /// (thesis 3.3.4.3, FindAlternative). Never a solution given before.
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal>;
 
+    /// Applies a solution that is known from an earlier plan document, without looking for it: its motions as they are. The
+    /// number that it gets is its own, as if it had been found here, and it has no alternatives. `None` is an action of a
+    /// plan without geometry.
+    ///
+    /// # Errors
+    ///
+    /// The solution is no solution of this call in the current world state. A reasoner that can't tell refuses all.
+    fn adopt(&mut self, _: &Domain, call: &Call<'_>, _: Option<&Geometry>) -> Result<Projection, ActionRefusal> {
+        let why = "this reasoner takes over no solutions of earlier plans";
+        Err(ActionRefusal::not_applicable(call.name.to_owned(), why.to_owned()))
+    }
+
     /// Says whether it answers that fact about `entity`; a slot whose fact nobody answers is a plain one.
     fn knows(&self, domain: &Domain, fact: &str, entity: EntityId) -> bool;
 
@@ -151,6 +163,10 @@ impl Reasoner for Granted {
             cost: 0.0,
             duration: 0.0,
         })
+    }
+
+    fn adopt(&mut self, domain: &Domain, call: &Call<'_>, _: Option<&Geometry>) -> Result<Projection, ActionRefusal> {
+        self.project(domain, call)
     }
 
     fn find_alternative(&mut self, _: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {

@@ -6,7 +6,7 @@ use super::explain::failed_literal;
 use super::hash::Print;
 use super::outcome::{NONE, Step, Tree};
 use super::search::{Flow, Search};
-use crate::ir::{ActionId, Domain, TaskId, Test, Value};
+use crate::ir::{ActionId, Binder, Domain, TaskId, Test, Value, Var};
 use crate::plan::{Refusal, WhyNot};
 
 /// Why branches failed so far.
@@ -84,6 +84,7 @@ pub(super) enum Kind {
     TooCostly,
     TooDeep,
     Cycle,
+    NotKept,
 }
 
 impl Search<'_> {
@@ -155,13 +156,34 @@ impl Search<'_> {
             }
             self.count(node, print, |search| {
                 let task = search.show(node);
+                let mut names = search.names(node, Some(which as usize));
                 let frame = &mut search.tree.values[from..];
-                let (literal, met) = failed_literal(&mut search.context, part, frame);
-                Refusal::Precondition { task, literal, met }
+                let failed = failed_literal(&mut search.context, part, frame, &mut names);
+                Refusal::Precondition {
+                    task,
+                    literal: failed.literal,
+                    met: failed.met,
+                    rule: failed.rule,
+                }
             });
             return false;
         }
         true
+    }
+
+    /// Returns the variables of a task with their names: parameters, and what a decomposition binds.
+    pub fn names(&self, node: u32, decomposition: Option<usize>) -> Vec<(Var, String)> {
+        let (domain, task) = (self.context.domain, self.tree.nodes[node as usize].task);
+        let params = domain.task_params(task).iter().map(|p| p.name.clone());
+        let mut names: Vec<(Var, String)> = params.enumerate().map(|(i, name)| (Var(i as u32), name)).collect();
+        if let (TaskId::Method(m), Some(which)) = (task, decomposition)
+            && let Some(decomposition) = domain.methods[m.index()].decompositions.get(which)
+        {
+            names.extend(decomposition.binders.iter().map(|b| match b {
+                Binder::Select { var, var_name, .. } | Binder::Let { var, var_name, .. } => (*var, var_name.clone()),
+            }));
+        }
+        names
     }
 
     pub fn show(&self, node: u32) -> String {

@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
 use super::eval::{Context, defined_fact};
+use super::kept::Kept;
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
 use super::observe::{Event, Observer};
@@ -70,9 +71,26 @@ pub(super) enum Flow {
     Back,
 }
 
-/// Searches for plans of `goal`; `stop` ends the search from outside; `on_plan` hears of each (better) plan as it comes.
-///
-/// The reasoner is left in the world state of the start.
+/// Who hears of a search, and who may end it.
+pub struct Hooks<'h> {
+    /// Ends the search from outside.
+    pub stop: &'h AtomicBool,
+    /// Hears of each (better) plan as it comes.
+    pub on_plan: &'h mut dyn FnMut(&Found, &Statistics),
+    /// Hears of all that the search does.
+    pub observer: Option<&'h mut dyn Observer>,
+}
+
+impl std::fmt::Debug for Hooks<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let has_observer = self.observer.is_some();
+        f.debug_struct("Hooks")
+            .field("observer", &has_observer)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Searches for plans of `goal`, whatever they begin with: see [`repair`].
 pub fn solve(
     domain: &Domain,
     goal: &Goal,
@@ -81,19 +99,30 @@ pub fn solve(
     stop: &AtomicBool,
     on_plan: &mut dyn FnMut(&Found, &Statistics),
 ) -> Outcome {
-    solve_observed(domain, goal, reasoner, settings, stop, on_plan, None)
+    let hooks = Hooks {
+        stop,
+        on_plan,
+        observer: None,
+    };
+    repair(domain, goal, &[], reasoner, settings, hooks)
 }
 
-/// As [`solve`]; `observer` hears of all that the search does.
-pub fn solve_observed(
+/// Searches for plans of `goal` that begin with the `kept` actions.
+///
+/// The reasoner is left in the world state of the start.
+pub fn repair(
     domain: &Domain,
     goal: &Goal,
+    kept: &[Kept],
     reasoner: &mut dyn Reasoner,
     settings: &Settings,
-    stop: &AtomicBool,
-    on_plan: &mut dyn FnMut(&Found, &Statistics),
-    observer: Option<&mut dyn Observer>,
+    hooks: Hooks<'_>,
 ) -> Outcome {
+    let Hooks {
+        stop,
+        on_plan,
+        observer,
+    } = hooks;
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
         .filter(|s| {
@@ -121,6 +150,7 @@ pub fn solve_observed(
     let mut search = Search {
         context,
         settings,
+        kept,
         shared: &shared,
         prepared: &Prepared::new(domain),
         bounds: &Bounds::new(domain),
@@ -142,7 +172,11 @@ pub fn solve_observed(
         written: Vec::new(),
         observer: observer.map(|o| o as &mut dyn Observer),
     };
-    let ending = search.run(goal, stop, on_plan);
+    let impossible = search.first_impossible();
+    let ending = match impossible {
+        Some(_) => Ending::Exhausted,
+        None => search.run(goal, stop, on_plan),
+    };
     search.tell(|search| Event::Ended {
         ending,
         statistics: &search.statistics,
@@ -160,6 +194,7 @@ pub fn solve_observed(
     Outcome {
         found,
         others,
+        impossible,
         least_cost,
         ending,
         statistics,
@@ -171,6 +206,8 @@ pub fn solve_observed(
 pub(super) struct Search<'a> {
     pub context: Context<'a>,
     pub settings: &'a Settings,
+    /// What a plan has to begin with.
+    pub kept: &'a [Kept],
     pub shared: &'a [SlotId],
     pub prepared: &'a Prepared,
     pub bounds: &'a Bounds,
@@ -216,7 +253,7 @@ impl Search<'_> {
         let mut flow = self.reach(0);
         loop {
             if flow == Flow::Forward && self.agenda.head == NONE {
-                if self.record(on_plan) {
+                if self.refuse_short().is_none() && self.record(on_plan) {
                     return Ending::FirstPlan;
                 }
                 flow = Flow::Back;
@@ -311,7 +348,7 @@ impl Search<'_> {
         }
     }
 
-    fn go_back(&mut self, point: &Point) {
+    pub fn go_back(&mut self, point: &Point) {
         self.context.reads.clear();
         self.context.state.restore(point.trail);
         self.context.reasoner.restore(point.world);

@@ -201,6 +201,13 @@ impl<'a> Search<'a> {
                     true => var_name.clone(),
                     false => domain.show(&search.tree.values[frame as usize + v.index()]),
                 }),
+                rule: {
+                    let names = search.names(node, Some(which as usize));
+                    show_test(domain, filter, &|v| {
+                        let known = names.iter().rev().find(|(var, _)| *var == v);
+                        known.map_or_else(String::new, |(_, name)| name.clone())
+                    })
+                },
             },
         )
     }

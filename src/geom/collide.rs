@@ -1,6 +1,6 @@
 //! Contact, distance and rays between convex shapes: the only user of `parry`.
 //!
-//! A solid is the Minkowski sum of a core (point, segment, box or cylinder) and a ball, so that spheres, capsules and padding cost
+//! A solid is the Minkowski sum of a core (point, segment, box, cylinder or hull) and a ball, so that spheres, capsules and padding cost
 //! nothing. Pairs of round solids, and points against boxes and cylinders, have closed forms; two boxes are tested on 15 axes
 //! (Gottschalk, Lin, Manocha, SIGGRAPH 1996, doi:10.1145/237170.237244); the rest goes to parry's GJK (Gilbert, Johnson, Keerthi 1988,
 //! doi:10.1109/56.2083) and EPA, on our own support functions, since parry's cylinders lie along y and ours along z.
@@ -11,12 +11,14 @@ mod boxes;
 mod closed;
 mod rays;
 
+use std::sync::Arc;
+
 use parry3d_f64::math::{Pose as ParryPose, Rotation as ParryRotation, Vector as ParryVector};
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
-use super::{Pose, Vec3, shape::Shape};
+use super::{Pose, Vec3, hull::Hull, shape::Shape};
 
 pub use rays::ray;
 
@@ -32,13 +34,14 @@ pub struct Solid {
     radius: f64,
 }
 
-/// A convex set centred on the origin; axes along z [m].
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A convex set about the origin; axes along z [m].
+#[derive(Debug, Clone, PartialEq)]
 enum Core {
     Point,
     Segment { half_length: f64 },
     Box { half: Vec3 },
     Cylinder { radius: f64, half_length: f64 },
+    Hull(Arc<Hull>),
 }
 
 impl Solid {
@@ -54,6 +57,11 @@ impl Solid {
         let (out, inward) = (margin.max(0.0), margin.min(0.0));
         let shrink = |length: f64| (length + inward).max(0.0);
         let (core, round) = match *shape {
+            Shape::Hull(ref hull) if inward == 0.0 => (Core::Hull(Arc::clone(hull)), out),
+            Shape::Hull(ref hull) => match hull.moved_in(|_| -inward) {
+                Some(smaller) => (Core::Hull(Arc::new(smaller)), out),
+                None => (Core::Point, out),
+            },
             Shape::Box { half } => (Core::Box { half: half.map(shrink) }, out),
             Shape::Cylinder { radius, half_length } => (
                 Core::Cylinder {
@@ -66,6 +74,10 @@ impl Solid {
             Shape::Capsule { radius, half_length } => (Core::Segment { half_length }, shrink(radius) + out),
         };
         let (half, reach) = match core {
+            Core::Hull(ref hull) => {
+                let reach = hull.vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
+                (hull.half_extents(), reach)
+            }
             Core::Point => (Vec3::zeros(), 0.0),
             Core::Segment { half_length } => (Vec3::new(0.0, 0.0, half_length), half_length),
             Core::Box { half } => (half, half.norm()),
@@ -269,16 +281,16 @@ impl Core {
     fn is_its_box(&self) -> bool {
         match self {
             Core::Point | Core::Segment { .. } | Core::Box { .. } => true,
-            Core::Cylinder { .. } => false,
+            Core::Cylinder { .. } | Core::Hull(_) => false,
         }
     }
 
     /// A rounder core and the radius to add [m], which contain this one; `None` for a box.
     fn capsule_around(&self) -> Option<(Core, f64)> {
         match *self {
-            Core::Box { .. } => None,
+            Core::Box { .. } | Core::Hull(_) => None,
             Core::Cylinder { radius, half_length } => Some((Core::Segment { half_length }, radius)),
-            Core::Point | Core::Segment { .. } => Some((*self, 0.0)),
+            Core::Point | Core::Segment { .. } => Some((self.clone(), 0.0)),
         }
     }
 
@@ -292,7 +304,7 @@ impl Core {
                 radius,
             ),
             Core::Cylinder { half_length, .. } => (Core::Point, half_length),
-            Core::Point | Core::Segment { .. } | Core::Box { .. } => (*self, 0.0),
+            Core::Point | Core::Segment { .. } | Core::Box { .. } | Core::Hull(_) => (self.clone(), 0.0),
         }
     }
 }
@@ -309,7 +321,39 @@ impl SupportMap for Core {
                 let scale = if across > 0.0 { radius / across } else { 0.0 };
                 ParryVector::new(scale * d.x, scale * d.y, half_length.copysign(d.z))
             }
+            Core::Hull(ref hull) => {
+                let v = hull.support(&Vec3::new(d.x, d.y, d.z));
+                ParryVector::new(v.x, v.y, v.z)
+            }
         }
+    }
+}
+
+/// Returns the point of the convex hull of `points` that is nearest to `p`, or one almost as near; `p` itself without points.
+pub(super) fn nearest_of_hull(points: &[Vec3], p: &Vec3) -> Vec3 {
+    let (cloud, X) = (Cloud(points), to_parry(&Pose::translation(p.x, p.y, p.z)));
+    let mut simplex = VoronoiSimplex::new();
+    let towards = X.translation.try_normalize().unwrap_or(ParryVector::X);
+    simplex.reset(CsoPoint::from_shapes(&X, &cloud, &Core::Point, towards));
+    match gjk::closest_points(&X, &cloud, &Core::Point, f64::MAX, true, &mut simplex) {
+        GJKResult::ClosestPoints(q, _, _) => Vec3::new(q.x, q.y, q.z),
+        GJKResult::Intersection => *p,
+        // The iterations ran out.
+        GJKResult::Proximity(_) | GJKResult::NoIntersection(_) => {
+            let nearest = points.iter().min_by(|a, b| (*a - p).norm().total_cmp(&(*b - p).norm()));
+            nearest.copied().unwrap_or(*p)
+        }
+    }
+}
+
+/// The convex hull of some points.
+struct Cloud<'a>(&'a [Vec3]);
+
+impl SupportMap for Cloud<'_> {
+    fn local_support_point(&self, d: ParryVector) -> ParryVector {
+        let along = |p: &Vec3| d.x * p.x + d.y * p.y + d.z * p.z;
+        let best = self.0.iter().max_by(|a, b| along(a).total_cmp(&along(b)));
+        best.map_or(ParryVector::ZERO, |p| ParryVector::new(p.x, p.y, p.z))
     }
 }
 

@@ -3,8 +3,10 @@
 //! Poses in monogram notation (`docs/notation.md`): `X_AB` is the pose of frame B in frame A. Metres, radians, seconds.
 
 pub mod collide;
+pub mod hull;
 pub mod ik;
 pub mod kinematics;
+pub mod mesh;
 pub mod motion;
 pub mod shape;
 

@@ -1,8 +1,11 @@
 //! Convex shapes, each in its own frame S.
 
-use super::Vec3;
+use std::sync::Arc;
 
-/// A convex solid, centred on its frame's origin; long axes along z (URDF's convention).
+use super::Vec3;
+use super::hull::Hull;
+
+/// A convex solid about its frame's origin; long axes along z (URDF's convention).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// Half of each side [m].
@@ -22,6 +25,8 @@ pub enum Shape {
         radius: f64,
         half_length: f64,
     },
+    /// Of a mesh. Shared: a mesh is named by many links.
+    Hull(Arc<Hull>),
 }
 
 impl Shape {
@@ -32,6 +37,7 @@ impl Shape {
             Shape::Cylinder { radius, half_length } => (radius * radius + half_length * half_length).sqrt(),
             Shape::Sphere { radius } => *radius,
             Shape::Capsule { radius, half_length } => radius + half_length,
+            Shape::Hull(hull) => hull.vertices.iter().map(Vec3::norm).fold(0.0, f64::max),
         }
     }
 
@@ -45,16 +51,26 @@ impl Shape {
             Shape::Capsule { radius, half_length } => {
                 2.0 * PI * radius * radius * half_length + 4.0 / 3.0 * PI * radius.powi(3)
             }
+            Shape::Hull(hull) => hull.volume(),
         }
     }
 
-    /// Returns half of the sides of the box about the shape, aligned with its own axes [m].
+    /// Returns the centre of volume, measured in the shape's frame [m].
+    pub fn centre(&self) -> Vec3 {
+        match self {
+            Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Sphere { .. } | Shape::Capsule { .. } => Vec3::zeros(),
+            Shape::Hull(hull) => hull.centre(),
+        }
+    }
+
+    /// Returns half of the sides of the box about the shape with its middle at the origin, aligned with its own axes [m].
     pub fn half_extents(&self) -> Vec3 {
         match self {
             Shape::Box { half } => *half,
             Shape::Cylinder { radius, half_length } => Vec3::new(*radius, *radius, *half_length),
             Shape::Sphere { radius } => Vec3::new(*radius, *radius, *radius),
             Shape::Capsule { radius, half_length } => Vec3::new(*radius, *radius, half_length + radius),
+            Shape::Hull(hull) => hull.half_extents(),
         }
     }
 }

@@ -299,6 +299,25 @@ fn surface_points(object: &Object) -> Vec<(Vec3, f64)> {
                 add(Vec3::new(0.0, 0.0, top), area * radius * radius);
                 add(Vec3::new(0.0, 0.0, -top), area * radius * radius);
             }
+            Shape::Hull(hull) => {
+                for [a, b, c] in hull.faces.iter().flat_map(|f| f.triangles()) {
+                    let (a, u, v) = (hull.vertices[a], hull.vertices[b], hull.vertices[c]);
+                    let (u, v) = (u - a, v - a);
+                    // Middles of the cells of a grid of small triangles.
+                    let n = grid(u.norm().max(v.norm()).max((u - v).norm()) / 2.0).min(4);
+                    let area = u.cross(&v).norm() / 2.0 / f64::from(n * n);
+                    let mut at = |i: u32, j: u32, third: f64| {
+                        let (s, t) = (f64::from(i) + third, f64::from(j) + third);
+                        add(a + (u * s + v * t) / f64::from(n), area);
+                    };
+                    for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
+                        at(i, j, 1.0 / 3.0);
+                        if i + j + 1 < n {
+                            at(i, j, 2.0 / 3.0);
+                        }
+                    }
+                }
+            }
             Shape::Sphere { radius } => {
                 let area = 4.0 * PI * radius * radius / 26.0;
                 for x in [-1.0, 0.0, 1.0] {

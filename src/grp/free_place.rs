@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
+use std::sync::Arc;
 
 use nalgebra::ComplexField;
 
@@ -181,6 +182,13 @@ pub(super) fn wide(shape: &Shape, X_QS: &Pose) -> f64 {
             flat(X_QS.translation.vector) + radius + half_length * flat(axis)
         }
         Shape::Sphere { radius } => flat(X_QS.translation.vector) + radius,
+        Shape::Hull(hull) => {
+            let corners = hull
+                .vertices
+                .iter()
+                .map(|v| flat((X_QS * nalgebra::Point3::from(*v)).coords));
+            corners.fold(0.0, f64::max)
+        }
     }
 }
 
@@ -215,6 +223,10 @@ fn shrunk(shape: &Shape, X_QS: &Pose, by: f64) -> Option<Solid> {
             radius: radius - by,
             half_length: *half_length,
         }),
+        Shape::Hull(hull) => {
+            let smaller = hull.moved_in(|normal| if is_level(up_S.dot(normal)) { TOUCH } else { by });
+            smaller.map(|hull| Shape::Hull(Arc::new(hull)))
+        }
     };
     shape.map(|shape| Solid::new(&shape))
 }

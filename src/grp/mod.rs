@@ -2,6 +2,7 @@
 //!
 //! **Invariant:** no action has code of its own: `description` says what it is, one solver runs them all.
 
+mod adopt;
 mod arm_space;
 mod attempt;
 mod bases;
@@ -30,10 +31,9 @@ pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
-use crate::plan::{
-    ActionRefusal, AttachmentChange, Cause, CauseCount, Geometry, Motion, Placement, SubAction, Trajectory,
-};
+use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
 use crate::world::{EntityRef, Scene, State, World};
+use adopt::Adopted;
 use constraints::Constraints;
 use description::{Change, Role, Space};
 use key::Key;
@@ -67,6 +67,8 @@ pub struct Grp<'a> {
     /// World states, the current one last.
     states: Vec<State>,
     gases: Vec<Gas>,
+    /// Actions of an earlier plan.
+    adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
     answers: BTreeMap<(Key, Question), Option<Answer>>,
     counts: Counts,
@@ -87,6 +89,7 @@ impl<'a> Grp<'a> {
             stop,
             states: vec![world.start.clone()],
             gases: Vec::new(),
+            adopted: Vec::new(),
             by_key: BTreeMap::new(),
             answers: BTreeMap::new(),
             counts: Counts::default(),
@@ -211,20 +214,9 @@ impl<'a> Grp<'a> {
 
     /// Returns the number of the action in the current world state, started now if it was not before.
     fn start(&mut self, domain: &Domain, call: &Call<'_>) -> Result<GasNum, ActionRefusal> {
-        let refuse = |why: String| ActionRefusal {
-            call: format!(
-                "{}({})",
-                call.name,
-                call.args.iter().map(|a| domain.show(a)).collect::<Vec<_>>().join(", ")
-            ),
-            found_before: 0,
-            exhausted: true,
-            tried: 0,
-            causes: vec![CauseCount {
-                sub_action: String::new(),
-                cause: Cause::NotApplicable(why),
-                count: 1,
-            }],
+        let refuse = |why: String| {
+            let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
+            ActionRefusal::not_applicable(format!("{}({})", call.name, args.join(", ")), why)
         };
         let Some(description) = description::find(call.name) else {
             return Err(refuse(format!("there is no geometric action `{}`", call.name)));
@@ -284,7 +276,10 @@ impl<'a> Grp<'a> {
             seed: self.seed,
             stop: &self.stop,
         };
-        let entry = &mut self.gases[gas.0 as usize];
+        let Some(entry) = self.gases.get_mut(gas.0 as usize) else {
+            let why = "an action of an earlier plan has no alternatives";
+            return Err(ActionRefusal::not_applicable(String::new(), why.to_owned()));
+        };
         while entry.solved.len() <= alternative as usize {
             let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
                 return Err(entry.search.refusal(&room));
@@ -311,6 +306,9 @@ impl<'a> Grp<'a> {
 
     /// Returns the choices and motions of a projection, for the plan document.
     pub fn geometry(&self, gas: GasRef) -> Option<Geometry> {
+        if let Some(adopted) = self.adopted.get(adopt::position(gas.gas)) {
+            return Some(adopted.geometry().clone());
+        }
         let entry = self.gases.get(gas.gas.0 as usize)?;
         let solution = &entry.solved.get(gas.alternative as usize)?.solution;
         let Arguments { agent, object, .. } = entry.search.arguments;
@@ -363,7 +361,7 @@ impl<'a> Grp<'a> {
         });
         Some(Geometry {
             action: entry.search.description.names[0].to_owned(),
-            gas: gas.gas.0,
+            gas: gas.gas.0.saturating_add(self.first_number()),
             alternative: gas.alternative,
             agent: body.id.clone(),
             arm: arm.name.clone(),
@@ -386,6 +384,15 @@ impl Reasoner for Grp<'_> {
         let entities = request.args.iter().map(|a| constraints::entity(self.scene, domain, a));
         let entities: Option<Vec<EntityRef>> = entities.collect();
         self.ask(Question::of(request.name, &entities?)?).map(Value::from)
+    }
+
+    fn adopt(
+        &mut self,
+        domain: &Domain,
+        call: &Call<'_>,
+        known: Option<&Geometry>,
+    ) -> Result<Projection, ActionRefusal> {
+        self.adopt_known(domain, call, known)
     }
 
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal> {
@@ -456,6 +463,10 @@ impl Reasoner for Grp<'_> {
     }
 
     fn replay(&mut self, gas: GasRef) {
+        if let Some(adopted) = self.adopted.get(adopt::position(gas.gas)) {
+            self.states.push(adopted.end().clone());
+            return;
+        }
         let solved = self
             .gases
             .get(gas.gas.0 as usize)

@@ -48,6 +48,11 @@ fn extent(shape: &Shape, along_S: &Vec3) -> f64 {
         Shape::Cylinder { radius, half_length } => radius * across + half_length * along_S.z.abs(),
         Shape::Sphere { radius } => *radius,
         Shape::Capsule { radius, half_length } => radius + half_length * along_S.z.abs(),
+        // Both ways: its frame's origin is not the middle along every direction.
+        Shape::Hull(hull) => {
+            let reach = |d: &Vec3| hull.support(d).dot(d);
+            reach(along_S).max(reach(&-along_S))
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Walks over expressions and tests.
 
-use super::{Expr, Test};
+use super::{Effect, Expr, Test};
 
 impl Expr {
     /// Calls `f` with every direct part.
@@ -47,6 +47,27 @@ impl Test {
             Test::Member { element, set } => element.any(found) || set.any(found),
             Test::Forall { guard, body, .. } | Test::Exist { guard, body, .. } => guard.any(found) || body.any(found),
             Test::Holds(expr) => expr.any(found),
+        }
+    }
+}
+
+impl Effect {
+    /// Says whether `found` holds for any expression in it, at any depth.
+    pub fn any(&self, found: &mut dyn FnMut(&Expr) -> bool) -> bool {
+        match self {
+            Effect::Assign {
+                entity, args, value, ..
+            } => entity.any(found) || args.iter().any(|a| a.any(found)) || value.any(found),
+            Effect::Add {
+                entity, args, element, ..
+            }
+            | Effect::Remove {
+                entity, args, element, ..
+            } => entity.any(found) || args.iter().any(|a| a.any(found)) || element.any(found),
+            Effect::Forall { guard, effects, .. } => guard.any(found) || effects.iter().any(|e| e.any(found)),
+            Effect::If { test, then, otherwise } => {
+                test.any(found) || then.iter().chain(otherwise).any(|e| e.any(found))
+            }
         }
     }
 }

@@ -16,6 +16,8 @@ pub enum Refusal {
         literal: String,
         /// The values it met: `RED_CUBE.isReachable is []`.
         met: String,
+        /// The literal as the domain has it: `O.isReachable >> A`.
+        rule: String,
     },
     /// No entity passed a SELECT.
     NoBinding {
@@ -24,6 +26,8 @@ pub enum Refusal {
         candidates: usize,
         /// What it had to pass; empty where anything does.
         filter: String,
+        /// The same as the domain has it.
+        rule: String,
     },
     /// A subtask's argument was NULL when it was reached.
     NullArgument { task: String, position: usize },
@@ -48,6 +52,14 @@ pub enum Refusal {
     },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
+    /// A plan has to begin with actions of an earlier one, and this action is not the next of them; without a task: the
+    /// branch would end before it.
+    NotKept {
+        task: Option<String>,
+        /// Position of the next one.
+        index: usize,
+        kept: String,
+    },
 }
 
 /// Why a geometric action has no further solution.
@@ -63,6 +75,23 @@ pub struct ActionRefusal {
     pub tried: u32,
     /// What stopped them, most frequent first.
     pub causes: Vec<CauseCount>,
+}
+
+impl ActionRefusal {
+    /// Returns the refusal of a call that its arguments or the world state rule out, with the sentence that says why.
+    pub fn not_applicable(call: String, why: String) -> Self {
+        ActionRefusal {
+            call,
+            found_before: 0,
+            exhausted: true,
+            tried: 0,
+            causes: vec![CauseCount {
+                sub_action: String::new(),
+                cause: Cause::NotApplicable(why),
+                count: 1,
+            }],
+        }
+    }
 }
 
 /// How many candidates failed for one cause.
@@ -134,13 +163,16 @@ impl fmt::Display for ActionRefusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Precondition { task, literal, met } if met.is_empty() => write!(f, "{task}: {literal} is false"),
-            Refusal::Precondition { task, literal, met } => write!(f, "{task}: {literal} is false ({met})"),
+            Refusal::Precondition { task, literal, met, .. } => {
+                write!(f, "{task}: {literal} is false")?;
+                if met.is_empty() { Ok(()) } else { write!(f, " ({met})") }
+            }
             Refusal::NoBinding {
                 task,
                 variable,
                 candidates,
                 filter,
+                ..
             } => {
                 let colon = if filter.is_empty() { "" } else { ": " };
                 write!(
@@ -182,6 +214,16 @@ impl fmt::Display for Refusal {
                     chain.join(" > ")
                 )
             }
+            Refusal::NotKept {
+                task: Some(task),
+                index,
+                kept,
+            } => write!(f, "{task} is not the next kept action, {index} {kept}"),
+            Refusal::NotKept {
+                task: None,
+                index,
+                kept,
+            } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -190,6 +232,58 @@ impl fmt::Display for Refusal {
                 }
                 Ok(())
             }
+        }
+    }
+}
+
+/// Returns `Pick` of `Pick(PR2, CUP)`.
+fn name(task: &str) -> &str {
+    task.split_once('(').map_or(task, |(name, _)| name)
+}
+
+impl Refusal {
+    /// Returns the kind in one word, as traces have it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Refusal::Precondition { .. } => "precondition",
+            Refusal::NoBinding { .. } => "no-binding",
+            Refusal::NullArgument { .. } => "null-argument",
+            Refusal::BadNumber { .. } | Refusal::DurationOrder { .. } => "number",
+            Refusal::Geometry(_) => "geometry",
+            Refusal::TooCostly { .. } => "too-costly",
+            Refusal::TooDeep { .. } => "too-deep",
+            Refusal::Cycle { .. } => "cycle",
+            Refusal::NotKept { .. } => "not-kept",
+        }
+    }
+
+    /// Returns what the domain's author can change: the refusal without the arguments and values of this branch.
+    pub fn rule(&self) -> String {
+        match self {
+            Refusal::Precondition { task, rule, .. } => format!("{}: {rule} is false", name(task)),
+            Refusal::NoBinding {
+                task, variable, rule, ..
+            } => {
+                let colon = if rule.is_empty() { "" } else { ": " };
+                format!("{}: no entity can be {variable}{colon}{rule}", name(task))
+            }
+            Refusal::NullArgument { task, position } => format!("{}: argument {} is NULL", name(task), position + 1),
+            Refusal::BadNumber { task, what, value } => {
+                let why = if value.is_some() { "is below 0" } else { "has no value" };
+                format!("{}: its {what} {why}", name(task))
+            }
+            Refusal::DurationOrder { task, .. } => format!("{}: its least duration is above its most", name(task)),
+            Refusal::Geometry(refusal) => {
+                let further = if refusal.found_before > 0 { "further " } else { "" };
+                format!("{}: no {further}solution", name(&refusal.call))
+            }
+            Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
+            Refusal::TooDeep { task, depth, .. } => format!("{}: more than {depth} methods deep", name(task)),
+            Refusal::Cycle { chain } => {
+                let task = chain.first().map_or("", |t| name(t));
+                format!("{task} comes back to itself in the same state")
+            }
+            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
         }
     }
 }

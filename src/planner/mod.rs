@@ -5,17 +5,19 @@
 //! sets the stop flag.
 
 mod disk;
+mod keep;
 mod options;
 
 use std::fmt;
 use std::sync::Arc;
 
 pub use disk::Disk;
+pub use keep::keep;
 pub use options::{News, Options};
 
 use crate::diag::render::render;
 use crate::diag::{Problem, Problems};
-use crate::engine::{self, Ending, Granted, Reasoner, Statistics};
+use crate::engine::{self, Ending, Granted, Hooks, Observer, Reasoner, Statistics};
 use crate::grp::{self, Grp};
 use crate::ir::{Domain, Goal};
 use crate::load::{self, Input, Paths};
@@ -29,6 +31,8 @@ pub struct Answer {
     /// The first plan or the best one; with [`engine::Aim::All`], all in the order found. Empty if there is none.
     pub plans: Vec<Plan>,
     pub ending: Ending,
+    /// With [`Options::keep`], the first kept action that can't be done, whatever the tasks are; `why_not` has its reason.
+    pub impossible: Option<usize>,
     /// No plan costs less.
     pub least_cost: f64,
     pub statistics: Statistics,
@@ -79,7 +83,11 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         sources,
     };
     let Some(Input {
-        domain, world, goal, ..
+        domain,
+        world,
+        goal,
+        names,
+        ..
     }) = input
     else {
         return Err(rejected(problems, sources));
@@ -88,7 +96,8 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
         problems.push(no_task(paths));
         return Err(rejected(problems, sources));
     };
-    let world = paths.world.map(|_| &world);
+    // The second file of an HDDL pair is no world.
+    let world = paths.world.filter(|_| names.is_none()).map(|_| &world);
     search(&domain, world, &goal, options).map_err(|problem| {
         problems.push(problem);
         rejected(problems, sources)
@@ -119,13 +128,9 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
         ..options.search
     };
     let mut on_plan = options.on_plan;
-    let outcome = engine::solve(
-        domain,
-        goal,
-        reasoner,
-        &settings,
-        &options.stop,
-        &mut |found, statistics| {
+    let hooks = Hooks {
+        stop: &options.stop,
+        on_plan: &mut |found, statistics| {
             if let Some(hear) = &mut on_plan {
                 hear(&News {
                     domain,
@@ -134,12 +139,19 @@ pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Opti
                 });
             }
         },
-    );
+        observer: options.observer.map(|o| o as &mut dyn Observer),
+    };
+    let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
-    let document = |found| engine::document(found, domain, goal, options.seed, &geometry);
+    let document = |found| {
+        let mut plan = engine::document(found, domain, goal, options.seed, &geometry);
+        keep::as_written(&mut plan, options.kept);
+        plan
+    };
     Ok(Answer {
         plans: outcome.found.iter().chain(&outcome.others).map(document).collect(),
         ending: outcome.ending,
+        impossible: outcome.impossible,
         least_cost: outcome.least_cost,
         statistics: outcome.statistics,
         geometry: grp.as_ref().map(Grp::counts),

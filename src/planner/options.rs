@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::{self, Aim, Budget, Cuts, Found, Reasoner, Statistics};
+use crate::engine::{self, Aim, Budget, Cuts, Found, Kept, Observer, Reasoner, Statistics};
 use crate::grp;
 use crate::ir::Domain;
 
@@ -19,10 +19,14 @@ pub struct Options<'a> {
     pub seed: u64,
     /// Ends the search when somebody sets it, with the best plan so far.
     pub stop: Arc<AtomicBool>,
+    /// What a plan has to begin with: see [`keep`](super::keep).
+    pub kept: &'a [Kept],
     /// Answers for geometry instead of this crate's.
     pub reasoner: Option<&'a mut dyn Reasoner>,
     /// Hears of every (better) plan when it is found.
     pub on_plan: Option<&'a mut dyn FnMut(&News<'_>)>,
+    /// Hears of all that the search does.
+    pub observer: Option<&'a mut dyn Observer>,
 }
 
 /// A plan that was found just now. The document comes at the end of the search, with the motions.
@@ -72,8 +76,10 @@ impl Default for Options<'_> {
             },
             seed: 0,
             stop: Arc::new(AtomicBool::new(false)),
+            kept: &[],
             reasoner: None,
             on_plan: None,
+            observer: None,
         }
     }
 }
@@ -127,6 +133,12 @@ impl<'a> Options<'a> {
         self
     }
 
+    /// Begins every plan with these actions of an earlier one.
+    pub fn keep(mut self, kept: &'a [Kept]) -> Self {
+        self.kept = kept;
+        self
+    }
+
     /// Ends the search when `stop` is set, from another thread or from a listener.
     pub fn stop(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
@@ -142,6 +154,12 @@ impl<'a> Options<'a> {
     /// Tells `hear` of every (better) plan when it is found.
     pub fn on_plan(mut self, hear: &'a mut dyn FnMut(&News<'_>)) -> Self {
         self.on_plan = Some(hear);
+        self
+    }
+
+    /// Tells `observer` all that the search does, such as a [`crate::trace::Writer`].
+    pub fn observer(mut self, observer: &'a mut dyn Observer) -> Self {
+        self.observer = Some(observer);
         self
     }
 }

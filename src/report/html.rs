@@ -5,7 +5,7 @@
 //! computed in the page (`page/kinematics.js`, `page/timeline.js`), so that the file stays small.
 //!
 //! Not here: no check that the plan fits the world (`validate` does that; the page only names what it can't find), no
-//! meshes.
+//! visual meshes: a mesh is shown as the hulls that stand for it.
 
 use serde::Serialize;
 
@@ -159,10 +159,25 @@ struct BodyDocument {
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 enum ShapeDocument {
-    Box { half: [f64; 3] },
-    Cylinder { radius: f64, half_length: f64 },
-    Sphere { radius: f64 },
-    Capsule { radius: f64, half_length: f64 },
+    Box {
+        half: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+    Sphere {
+        radius: f64,
+    },
+    Capsule {
+        radius: f64,
+        half_length: f64,
+    },
+    /// Corners in the shape's frame, and the triangles of its faces, counter-clockwise as seen from outside.
+    Hull {
+        vertices: Vec<[f64; 3]>,
+        triangles: Vec<[usize; 3]>,
+    },
 }
 
 #[derive(Serialize)]
@@ -271,11 +286,25 @@ fn joint_documents(tree: &Tree) -> Vec<JointDocument<'_>> {
 
 fn shape_document(shape: &Shape) -> ShapeDocument {
     match *shape {
+        Shape::Hull(ref hull) => ShapeDocument::Hull {
+            vertices: hull
+                .vertices
+                .iter()
+                .map(|v| (*v).into())
+                .map(|v: [f64; 3]| v.map(rounded))
+                .collect(),
+            triangles: hull.faces.iter().flat_map(|f| f.triangles()).collect(),
+        },
         Shape::Box { half } => ShapeDocument::Box { half: half.into() },
         Shape::Cylinder { radius, half_length } => ShapeDocument::Cylinder { radius, half_length },
         Shape::Sphere { radius } => ShapeDocument::Sphere { radius },
         Shape::Capsule { radius, half_length } => ShapeDocument::Capsule { radius, half_length },
     }
+}
+
+/// To a hundredth of a millimetre: a page is for eyes.
+fn rounded(length: f64) -> f64 {
+    (length * 1e5).round() / 1e5
 }
 
 fn object_document(object: &Object) -> ObjectDocument<'_> {

@@ -43,6 +43,8 @@ const NEXT_TO_MARGIN: f64 = 0.001;
 /// How far a thing may stick out of a container [m], and how near to that is too near to call.
 const STICKS_OUT: f64 = 0.001;
 const IN_MARGIN: f64 = 0.0005;
+/// A triangle is halved at most this often.
+const FINEST: u32 = 12;
 /// Spacing of the sample points on a surface [m], and the least number of them along an edge.
 const SPACING: f64 = 0.02;
 const LEAST_SAMPLES: usize = 4;
@@ -138,6 +140,7 @@ fn rim(shape: &Shape) -> Vec<Vec3> {
         }
         Shape::Sphere { radius } => globe(radius, 0.0),
         Shape::Capsule { radius, half_length } => globe(radius, half_length),
+        Shape::Hull(ref hull) => hull.vertices.clone(),
     }
 }
 
@@ -309,7 +312,30 @@ fn surface(shape: &Shape) -> Vec<(Vec3, f64)> {
             points.extend(ball(radius, half_length));
             points
         }
+        Shape::Hull(ref hull) => {
+            let triangles = hull.faces.iter().flat_map(|f| f.triangles());
+            triangles.flat_map(|t| triangle(t.map(|i| hull.vertices[i]))).collect()
+        }
     }
+}
+
+/// A triangle, halved across its longest side until its pieces are as fine as the grids here.
+fn triangle(corners: [Vec3; 3]) -> Vec<(Vec3, f64)> {
+    let (mut points, mut open) = (Vec::new(), vec![(corners, 0)]);
+    while let Some(([a, b, c], depth)) = open.pop() {
+        let sides = [(a, b, c), (b, c, a), (c, a, b)];
+        let longest = sides
+            .into_iter()
+            .max_by(|(p, q, _), (r, s, _)| (q - p).norm().total_cmp(&(s - r).norm()));
+        match longest {
+            Some((p, q, r)) if depth < FINEST && (q - p).norm() > SPACING => {
+                let middle = (p + q) / 2.0;
+                open.extend([([p, middle, r], depth + 1), ([middle, q, r], depth + 1)]);
+            }
+            _ => points.push(((a + b + c) / 3.0, (b - a).cross(&(c - a)).norm() / 2.0)),
+        }
+    }
+    points
 }
 
 /// Side of a cylinder.

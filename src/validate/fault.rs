@@ -134,6 +134,12 @@ kinds! {
     CostNegative { cost: f64 } = "cost-negative", "the cost {cost} is negative";
     Cost { expected: f64, found: f64 } = "cost", "the action costs {expected}, the document says {found}";
     CostTotal { expected: f64, found: f64 } = "cost-total", "the actions cost {expected} together, the document says {found}";
+    CostParts { expected: String, found: String } = "cost-parts", "the cost consists of {expected}, the document says {found}";
+    CostPart { part: String, what: &'static str, expected: f64, found: f64 } = "cost-part",
+        "the {what} of `{part}` is {expected}, the document says {found}";
+    CostWhole { expected: f64, found: f64 } = "cost-whole", "the parts of the cost make {expected}, the document says {found}";
+    SequenceUndecided { rule: String, budget: u64 } = "sequence-undecided",
+        "{budget} actions were tried for the sequence `{rule}`, and there are more";
     DurationUndefined {} = "duration-undefined", "the duration has no value in this state";
     Duration { expected: [f64; 2], found: [f64; 2] } = "duration",
         "the action lasts {expected:?} s (least, most), the document says {found:?}";

@@ -154,6 +154,7 @@ impl<'a> Search<'a> {
 /// Returns the shape smaller by `by` [m] all around; `None` where nothing is left for certain.
 fn smaller(shape: &Shape, by: f64) -> Option<Solid> {
     let thinnest = match shape {
+        Shape::Hull(hull) => return hull.moved_in(|_| by).is_some().then(|| Solid::padded(shape, -by)),
         Shape::Box { half } => half.min(),
         Shape::Cylinder { radius, half_length } => radius.min(*half_length),
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => *radius,

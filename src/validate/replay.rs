@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::{
     Settings, Verdict,
     bodies::{Bodies, Touching},
-    evaluate::{Around, Touched, Values, View, apply},
+    evaluate::{Around, Touched, View, apply},
     facts::{self, Status},
     fault::{Checked, Fault, Kind},
     handling::{self, Hand},
@@ -37,8 +37,6 @@ pub(super) struct Replay<'a> {
 
 /// What changes during a replay.
 struct Progress<'a, 'v> {
-    /// The symbolic state.
-    values: Vec<Value>,
     state: State,
     /// The same, to be asked.
     asked: Rc<Asked<'a>>,
@@ -76,6 +74,95 @@ pub(super) fn run<'a>(
     actions: &[ir::Goal],
     verdict: &mut Verdict,
 ) -> Checked<Replay<'a>> {
+    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, true, verdict)?;
+    let mut replay = Replay {
+        states: History::new(&values),
+        worlds: vec![progress.asked.clone()],
+        done: Vec::with_capacity(actions.len()),
+    };
+    for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
+        let (written, done) = context.act(action, goal, &mut values, &mut progress).map_err(|f| {
+            f.later_by(action.start)
+                .at_time(action.start)
+                .in_action(index, &text(action))
+        })?;
+        for slot in written {
+            replay.states.note(index + 1, slot, &values[slot.index()]);
+        }
+        replay.worlds.push(progress.asked.clone());
+        replay.done.push(done);
+        progress.verdict.actions += 1;
+    }
+    Ok(replay)
+}
+
+/// Plays the actions' motions from the world's start, and takes their effects as this domain has them; preconditions and
+/// what the actions claim to change, to cost and to last are not looked at.
+pub(super) fn play(
+    kept: &[Action],
+    domain: &Domain,
+    world: &World,
+    bodies: &Bodies<'_>,
+    settings: &Settings,
+    actions: &[ir::Goal],
+) -> Checked<()> {
+    let mut verdict = Verdict::default();
+    let operators = kept
+        .iter()
+        .zip(actions)
+        .map(|(action, goal)| operator(domain, goal, action));
+    let operators = operators.collect::<Checked<Vec<_>>>()?;
+    // Facts are costly, and most actions read none where it matters here.
+    let asks = operators.iter().any(|o| reads_facts(domain, o));
+    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, asks, &mut verdict)?;
+    for (index, ((action, goal), operator)) in kept.iter().zip(actions).zip(operators).enumerate() {
+        let mut frame = goal.args.clone();
+        frame.resize(operator.n_vars.max(frame.len()), Value::Null);
+        let before = progress.asked.clone();
+        let view = View::new(domain, &values, Some(&before));
+        let geometric = context
+            .move_along(operator, action, view, &mut frame, &mut progress)
+            .map_err(|f| {
+                f.later_by(action.start)
+                    .at_time(action.start)
+                    .in_action(index, &text(action))
+            })?;
+        let around = Around {
+            geometric,
+            ..Around::new(domain, Some(&before))
+        };
+        apply(around, &mut values, &operator.effects, &mut frame);
+        if asks && action.geometry.is_some() {
+            let Progress {
+                state,
+                asked,
+                shared,
+                verdict,
+            } = &mut progress;
+            shared.read_start(state, asked, &mut values, verdict)?;
+        }
+    }
+    Ok(())
+}
+
+/// Says whether the arguments of an action's projection, its constraints or its effects read a shared attribute.
+fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
+    let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
+    let args = operator.projects.iter().flat_map(|p| &p.args);
+    args.clone().any(|a| a.any(&mut is_shared))
+        || operator.constraints.any(&mut is_shared)
+        || operator.effects.iter().any(|e| e.any(&mut is_shared))
+}
+
+/// Returns what stays the same, the symbolic state at the start, with its facts or without, and what changes.
+fn begin<'a, 'v>(
+    domain: &'a Domain,
+    world: &'a World,
+    bodies: &'a Bodies<'a>,
+    settings: &'a Settings,
+    asks: bool,
+    verdict: &'v mut Verdict,
+) -> Checked<(Context<'a>, Vec<Value>, Progress<'a, 'v>)> {
     let slots = (0..domain.slots.len()).map(|i| SlotId(i as u32));
     let context = Context {
         domain,
@@ -91,33 +178,27 @@ pub(super) fn run<'a>(
     let asked = Rc::new(Asked::new(bodies, state.clone(), settings));
     let mut shared = Shared::new(domain, bodies, settings)?;
     let mut values = domain.initial.clone();
-    shared.read_start(&state, &asked, &mut values, verdict)?;
-    let mut replay = Replay {
-        states: History::new(&values),
-        worlds: vec![asked.clone()],
-        done: Vec::with_capacity(actions.len()),
-    };
-    let mut progress = Progress {
-        values,
+    if asks {
+        shared.read_start(&state, &asked, &mut values, verdict)?;
+    }
+    let progress = Progress {
         state,
         asked,
         shared,
         verdict,
     };
-    for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
-        let (written, done) = context.act(action, goal, &mut progress).map_err(|f| {
-            f.later_by(action.start)
-                .at_time(action.start)
-                .in_action(index, &text(action))
-        })?;
-        for slot in written {
-            replay.states.note(index + 1, slot, &progress.values[slot.index()]);
+    Ok((context, values, progress))
+}
+
+fn operator<'a>(domain: &'a Domain, goal: &ir::Goal, action: &Action) -> Checked<&'a ir::Action> {
+    match goal.task {
+        ir::TaskId::Action(id) => Ok(&domain.actions[id.index()]),
+        ir::TaskId::Method(_) => Err(Kind::UnknownName {
+            what: "action",
+            name: action.name.to_string(),
         }
-        replay.worlds.push(progress.asked.clone());
-        replay.done.push(done);
-        progress.verdict.actions += 1;
+        .into()),
     }
-    Ok(replay)
 }
 
 fn text(action: &Action) -> String {
@@ -171,60 +252,27 @@ impl<'a> Context<'a> {
         &self,
         action: &Action,
         goal: &ir::Goal,
+        values: &mut [Value],
         progress: &mut Progress<'a, '_>,
     ) -> Checked<(BTreeSet<SlotId>, Done)> {
         let domain = self.domain;
-        let ir::TaskId::Action(id) = goal.task else {
-            return Err(Kind::UnknownName {
-                what: "action",
-                name: action.name.to_string(),
-            }
-            .into());
-        };
-        let operator = &domain.actions[id.index()];
+        let operator = operator(domain, goal, action)?;
         let mut frame = goal.args.clone();
         frame.resize(operator.n_vars.max(frame.len()), Value::Null);
         let world_before = progress.asked.clone();
-        let view = View::new(domain, &progress.values, Some(&world_before));
+        let view = View::new(domain, values, Some(&world_before));
         if let Some(test) = view.failing(&operator.preconditions, &mut frame) {
             return Err(Kind::Precondition { test }.into());
         }
-        let geometric = match (&operator.projects, &action.geometry) {
-            (None, None) => (0.0, 0.0),
-            (None, Some(_)) => return Err(Kind::GeometryUnexpected {}.into()),
-            (Some(projection), None) => {
-                return Err(Kind::GeometryMissing {
-                    projection: projection.name.clone(),
-                }
-                .into());
-            }
-            (Some(projection), Some(geometry)) => {
-                let args: Vec<Value> = projection
-                    .args
-                    .iter()
-                    .map(|a| view.value(a, &frame).unwrap_or_default())
-                    .collect();
-                self.project(&projection.name, &args, geometry, progress)?;
-                let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
-                progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
-                let after = View::new(domain, &progress.values, Some(&progress.asked));
-                if let Some(test) = after.failing(&operator.constraints, &mut frame) {
-                    return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
-                }
-                (geometry.cost_parts.values().sum(), duration)
-            }
-        };
+        let geometric = self.move_along(operator, action, view, &mut frame, progress)?;
         let around = Around {
             geometric,
             ..Around::new(domain, Some(&world_before))
         };
-        let view = View {
-            around,
-            values: Values::Now(&progress.values),
-        };
+        let view = View { around, ..view };
         self.cost_and_duration(operator, action, view, &frame)?;
         let end = action.geometry.as_ref().map_or(action.duration[0], |_| geometric.1);
-        self.outcome(operator, action, around, &mut frame, progress)
+        self.outcome(operator, action, around, &mut frame, values, progress)
             .map(|outcome| {
                 let done = Done {
                     goal: goal.clone(),
@@ -237,6 +285,44 @@ impl<'a> Context<'a> {
             .map_err(|f| f.at_time(end))
     }
 
+    /// Plays an action's motions, if it has to have any, and tests what must hold where they lead to; returns the cost that
+    /// geometry gave it and how long they take [s].
+    fn move_along(
+        &self,
+        operator: &ir::Action,
+        action: &Action,
+        view: View<'_>,
+        frame: &mut [Value],
+        progress: &mut Progress<'a, '_>,
+    ) -> Checked<(f64, f64)> {
+        match (&operator.projects, &action.geometry) {
+            (None, None) => Ok((0.0, 0.0)),
+            (None, Some(_)) => Err(Kind::GeometryUnexpected {}.into()),
+            (Some(projection), None) => Err(Kind::GeometryMissing {
+                projection: projection.name.clone(),
+            }
+            .into()),
+            (Some(projection), Some(geometry)) => {
+                let args: Vec<Value> = projection
+                    .args
+                    .iter()
+                    .map(|a| view.value(a, frame).unwrap_or_default())
+                    .collect();
+                self.project(&projection.name, &args, geometry, progress)?;
+                let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+                progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
+                let after = View {
+                    around: Around::new(self.domain, Some(&progress.asked)),
+                    values: view.values,
+                };
+                if let Some(test) = after.failing(&operator.constraints, frame) {
+                    return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
+                }
+                Ok((geometry.cost_parts.values().sum(), duration))
+            }
+        }
+    }
+
     /// Applies the effects, reads the shared attributes, and compares with the changes listed. Looks at nothing but what is
     /// written or listed: a state may be large, and a plan long.
     fn outcome(
@@ -245,11 +331,11 @@ impl<'a> Context<'a> {
         action: &Action,
         around: Around<'_>,
         frame: &mut [Value],
+        values: &mut [Value],
         progress: &mut Progress<'a, '_>,
     ) -> Checked<Outcome> {
         let domain = self.domain;
         let Progress {
-            values,
             state,
             asked,
             shared,

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 
 use super::supports::holds;
 use super::{Grasp, Part};
+use crate::geom::hull::Hull;
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 
@@ -19,6 +20,12 @@ const WIDEST: f64 = 0.08;
 const DEPTH: f64 = 0.03;
 /// A finger needs this much room beside the face that it closes on [m].
 const FINGER: f64 = 0.005;
+/// A finger holds on a face this far from square to it, as a cosine. HEURISTIC: the cone of friction of 0.3.
+const FRICTION: f64 = 0.957;
+/// Directions nearer than this, as a cosine, are one.
+const ALIKE: f64 = 0.95;
+/// Closing directions of a hull that are tried.
+const CLOSINGS: usize = 8;
 /// Directions around a round shape.
 const AROUND: usize = 8;
 /// A round shape longer than this is grasped below and above its middle, too [m].
@@ -65,7 +72,56 @@ fn of_shape(shape: &Shape) -> Vec<(String, Pose, f64)> {
             found
         }
         Shape::Capsule { radius, half_length } => of_round(*radius, half_length + radius, *half_length),
+        Shape::Hull(hull) => of_hull(hull),
     }
+}
+
+/// A hull: lines across it that meet both faces within the cone of friction, at a depth below each side from which the hand comes.
+///
+/// The fingers close along an axis of the frame or the normal of a large face; the hand comes from the four sides about it.
+fn of_hull(hull: &Hull) -> Vec<(String, Pose, f64)> {
+    let axes = [(Vec3::x(), "x"), (Vec3::y(), "y"), (Vec3::z(), "z")];
+    let mut closings: Vec<(Vec3, String)> = axes.iter().map(|(d, n)| (*d, (*n).to_string())).collect();
+    for (i, face) in hull.faces.iter().enumerate() {
+        let is_known = closings.iter().any(|(d, _)| d.dot(&face.normal).abs() > ALIKE);
+        if !is_known && closings.len() < CLOSINGS {
+            closings.push((face.normal, format!("face {}", i + 1)));
+        }
+    }
+    let centre = hull.centre();
+    let mut found = Vec::new();
+    for (closing, closing_name) in &closings {
+        let mut sides: Vec<(Vec3, String)> = Vec::new();
+        for (axis, axis_name) in axes.iter().rev() {
+            // The axis as far as it is across the closing direction.
+            let Some(across) = (axis - closing * axis.dot(closing)).try_normalize(0.5) else {
+                continue;
+            };
+            if sides.iter().any(|(side, _)| side.dot(&across).abs() > ALIKE) {
+                continue;
+            }
+            sides.push((across, format!("+{axis_name}")));
+            sides.push((-across, format!("-{axis_name}")));
+        }
+        for (outward, side_name) in sides {
+            let Some(way) = hull.crossing(&centre, &outward, 0.0) else {
+                continue;
+            };
+            let p = centre + outward * (way.leave - way.leave.min(DEPTH));
+            let Some(chord) = hull.crossing(&p, closing, 0.0) else {
+                continue;
+            };
+            let width = chord.leave - chord.enter;
+            let (far, near) = (&hull.faces[chord.leave_face], &hull.faces[chord.enter_face]);
+            let holds = far.normal.dot(closing) >= FRICTION && -near.normal.dot(closing) >= FRICTION;
+            if holds && width <= WIDEST {
+                let middle = p + closing * ((chord.enter + chord.leave) / 2.0);
+                let tool = tool_at(outward, middle, *closing);
+                found.push((format!("{side_name}/{closing_name}"), tool, width));
+            }
+        }
+    }
+    found
 }
 
 /// A box: each pair of faces that is near enough, from each of the four sides between them.

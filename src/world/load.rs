@@ -6,13 +6,17 @@ use indexmap::IndexMap;
 
 use super::agents::{self, Agents};
 use super::contact::{Contact, contacts};
+use super::mesh::Meshes;
+use super::model;
 use super::objects::{self, Written};
 use super::table::{self, Table};
 use super::{EntityRef, ObjectState, Scene, State, VirtualObject, World, values};
 use crate::diag::{Problem, Problems};
 use crate::source::{Files, Sources, Span};
 
-const KEYS: [&str; 7] = ["task", "robots", "humans", "objects", "virtual", "facts", "state"];
+const KEYS: [&str; 8] = [
+    "task", "packages", "robots", "humans", "objects", "virtual", "facts", "state",
+];
 /// At the start, an overlap up to this depth is a touch [m].
 const TOUCH: f64 = 1e-3;
 
@@ -46,8 +50,13 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let shared = values::facts(&root, &mut problems);
     let values = values::state(&root, &mut problems);
     let agents = agents::read(&root, path, sources, files, &mut problems);
-    let written = objects::read(&root, &mut problems);
-    let virtuals = objects::read_virtual(&root, &mut problems);
+    let mut meshes = Meshes::new(files, model::packages(&root, path, &mut problems), true);
+    let mut solids = objects::Solids {
+        meshes: &mut meshes,
+        path,
+    };
+    let written = objects::read(&root, &mut solids, &mut problems);
+    let virtuals = objects::read_virtual(&root, &mut solids, &mut problems);
     let poses = objects::placement::place(&written, &mut problems);
     unique_ids(&agents, &written, &virtuals, &mut problems);
     if problems.has_errors() {

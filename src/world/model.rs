@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
+use super::mesh::Meshes;
 use super::table::{self, Name, Table};
 use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
@@ -23,8 +24,10 @@ pub struct Model {
     pub base: BaseKind,
 }
 
-const KEYS: [&str; 8] = [
+const KEYS: [&str; 10] = [
     "urdf",
+    "packages",
+    "meshes",
     "base",
     "acceleration",
     "accelerations",
@@ -57,16 +60,72 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
     };
     let root = Table::root(&toml, file, "the model file");
     root.only(&KEYS, &mut problems);
+    let wanted = meshes(&root, path, &mut problems);
     let robot = root
         .needed_text("urdf", "urdf = \"robot.urdf\"", &mut problems)
-        .and_then(|name| read_urdf(path, name, sources, files, &mut problems));
+        .and_then(|name| read_urdf(path, name, &wanted, sources, files, &mut problems));
+    if let (Some(robot), InParts::Of(names)) = (&robot, &wanted.in_parts) {
+        for name in names {
+            find_link(&robot.tree, *name, "`parts` of `[meshes]`", &mut problems);
+        }
+    }
     let model = robot.map(|robot| fill(&root, robot, file, &mut problems));
     (model.filter(|_| !problems.has_errors()), problems)
+}
+
+/// What `packages` and `[meshes]` say.
+struct MeshesWanted<'a> {
+    packages: Vec<String>,
+    in_parts: InParts<'a>,
+    is_cached: bool,
+}
+
+/// Which links' meshes become several convex parts.
+enum InParts<'a> {
+    None,
+    All,
+    Of(Vec<Name<'a>>),
+}
+
+/// Returns the folders of `packages`, each relative to that of the file.
+pub fn packages(root: &Table<'_>, path: &str, problems: &mut Problems) -> Vec<String> {
+    let folders = root.array("packages", problems).unwrap_or_default();
+    let names = folders
+        .iter()
+        .filter_map(|v| v.text("an entry of `packages`", problems));
+    names.map(|name| beside(path, name.text)).collect()
+}
+
+fn meshes<'a>(root: &Table<'a>, path: &str, problems: &mut Problems) -> MeshesWanted<'a> {
+    let mut wanted = MeshesWanted {
+        packages: packages(root, path, problems),
+        in_parts: InParts::None,
+        is_cached: true,
+    };
+    let Some(table) = root.table("meshes", "`[meshes]`", problems) else {
+        return wanted;
+    };
+    table.only(&["parts", "cache"], problems);
+    wanted.is_cached = table.truth("cache", problems).unwrap_or(true);
+    wanted.in_parts = match table.get("parts") {
+        None => InParts::None,
+        Some(value) if matches!(value.value, toml::de::DeValue::Array(_)) => {
+            let names = table.array("parts", problems).unwrap_or_default();
+            let names = names.iter().filter_map(|v| v.text("an entry of `parts`", problems));
+            InParts::Of(names.collect())
+        }
+        Some(_) => match table.truth("parts", problems) {
+            Some(true) => InParts::All,
+            Some(false) | None => InParts::None,
+        },
+    };
+    wanted
 }
 
 fn read_urdf(
     model_path: &str,
     name: Name<'_>,
+    wanted: &MeshesWanted<'_>,
     sources: &mut Sources,
     files: &dyn Files,
     problems: &mut Problems,
@@ -74,8 +133,19 @@ fn read_urdf(
     let path = beside(model_path, name.text);
     match files.read(&path) {
         Ok(text) => {
-            let file = sources.add(path, text.clone());
-            let (robot, found) = urdf::read(&text, file);
+            let file = sources.add(path.clone(), text.clone());
+            let mut meshes = Meshes::new(files, wanted.packages.clone(), wanted.is_cached);
+            let in_parts = |link: &str| match &wanted.in_parts {
+                InParts::None => false,
+                InParts::All => true,
+                InParts::Of(names) => names.iter().any(|n| n.text == link),
+            };
+            let mut solids = urdf::Solids {
+                meshes: &mut meshes,
+                path: &path,
+                in_parts: &in_parts,
+            };
+            let (robot, found) = urdf::read(&text, file, &mut solids);
             problems.extend(found);
             robot
         }

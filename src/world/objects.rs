@@ -4,6 +4,9 @@
 
 pub mod placement;
 
+use toml::de::DeValue;
+
+use super::mesh::{Meshes, Wanted};
 use super::table::{Name, Table, Value};
 use super::{Container, Grasp, Object, Part, Stable, Support, VirtualObject, grasps, pose, problems, stable, supports};
 use crate::diag::{Problem, Problems};
@@ -11,8 +14,9 @@ use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 use crate::source::Span;
 
-const KEYS: [&str; 20] = [
+const KEYS: [&str; 21] = [
     "type",
+    "mesh",
     "box",
     "cylinder",
     "sphere",
@@ -33,8 +37,11 @@ const KEYS: [&str; 20] = [
     "mass",
     "color",
 ];
-const VIRTUAL_KEYS: [&str; 7] = ["type", "box", "cylinder", "sphere", "capsule", "parts", "stable"];
-const SHAPES: [&str; 4] = ["box", "cylinder", "sphere", "capsule"];
+const VIRTUAL_KEYS: [&str; 8] = [
+    "type", "mesh", "box", "cylinder", "sphere", "capsule", "parts", "stable",
+];
+const PRIMITIVES: [&str; 4] = ["box", "cylinder", "sphere", "capsule"];
+const SHAPES: [&str; 5] = ["box", "cylinder", "sphere", "capsule", "mesh"];
 /// No object is longer than the largest world of the thesis, 25 m, twice over [m].
 const LARGEST: f64 = 50.0;
 /// Nothing smaller can be handled or seen [m].
@@ -50,12 +57,19 @@ pub struct Written<'a> {
     pub object: Object,
 }
 
+/// Where the meshes of a world file come from.
+pub struct Solids<'m, 'f> {
+    pub meshes: &'m mut Meshes<'f>,
+    /// The world file's path: names of meshes are relative to it.
+    pub path: &'m str,
+}
+
 /// Reads all objects that have a shape; problems tell of the others.
-pub fn read<'a>(root: &Table<'a>, problems: &mut Problems) -> Vec<Written<'a>> {
+pub fn read<'a>(root: &Table<'a>, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Vec<Written<'a>> {
     let mut all = Vec::new();
     for (name, table) in root.named_tables("objects", "object", problems) {
         table.only(&KEYS, problems);
-        if let Some(object) = object(name, &table, problems) {
+        if let Some(object) = object(name, &table, solids, problems) {
             all.push(Written { name, table, object });
         }
     }
@@ -63,12 +77,18 @@ pub fn read<'a>(root: &Table<'a>, problems: &mut Problems) -> Vec<Written<'a>> {
 }
 
 /// Reads all virtual objects that have a shape, with the places of their names; problems tell of the others.
-pub fn read_virtual(root: &Table<'_>, problems: &mut Problems) -> Vec<(VirtualObject, Span)> {
+pub fn read_virtual(
+    root: &Table<'_>,
+    solids: &mut Solids<'_, '_>,
+    problems: &mut Problems,
+) -> Vec<(VirtualObject, Span)> {
     let mut all = Vec::new();
     for (name, table) in root.named_tables("virtual", "virtual object", problems) {
         table.only(&VIRTUAL_KEYS, problems);
         let ty = table.text("type", problems).map(|t| t.text.to_string());
-        let Some(parts) = parts(&table, problems) else { continue };
+        let Some(parts) = parts(&table, solids, problems) else {
+            continue;
+        };
         let listed = listed(&table, "stable", problems, |t, problems| {
             given_stable(t, &parts, problems)
         });
@@ -84,7 +104,7 @@ pub fn read_virtual(root: &Table<'_>, problems: &mut Problems) -> Vec<(VirtualOb
     all
 }
 
-fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<Object> {
+fn object(name: Name<'_>, table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Option<Object> {
     let ty = table.text("type", problems).map(|t| t.text.to_string());
     let color = pose::color(table, problems).unwrap_or(pose::GREY);
     let movable = table.truth("movable", problems).unwrap_or(true);
@@ -96,7 +116,7 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
     let listed_supports = listed(table, "supports", problems, support);
     let listed_grasps = listed(table, "grasps", problems, grasp);
     let containers = listed(table, "containers", problems, container).unwrap_or_default();
-    let parts = parts(table, problems)?;
+    let parts = parts(table, solids, problems)?;
     let listed_stable = listed(table, "stable", problems, |t, problems| {
         given_stable(t, &parts, problems)
     });
@@ -133,7 +153,7 @@ fn object(name: Name<'_>, table: &Table<'_>, problems: &mut Problems) -> Option<
 }
 
 /// Returns the parts: the object's own shape, or those of `parts`.
-fn parts(table: &Table<'_>, problems: &mut Problems) -> Option<Vec<Part>> {
+fn parts(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Option<Vec<Part>> {
     let own: Vec<&str> = SHAPES.iter().copied().filter(|s| table.has(s)).collect();
     let listed = table.array("parts", problems);
     if own.is_empty() && !table.has("parts") {
@@ -144,7 +164,9 @@ fn parts(table: &Table<'_>, problems: &mut Problems) -> Option<Vec<Part>> {
                 table.span,
                 "no shape here",
             )
-            .help("add `box = [length, width, height]`, `cylinder`, `sphere`, `capsule`, or several as `parts`"),
+            .help(
+                "add `box = [length, width, height]`, `cylinder`, `sphere`, `capsule`, `mesh`, or several as `parts`",
+            ),
         );
         return None;
     }
@@ -161,10 +183,7 @@ fn parts(table: &Table<'_>, problems: &mut Problems) -> Option<Vec<Part>> {
         return None;
     }
     if !own.is_empty() {
-        return Some(vec![Part {
-            shape: shape(table, problems)?,
-            X_OS: Pose::identity(),
-        }]);
+        return placed(table, &Pose::identity(), solids, problems);
     }
     let listed = listed?;
     let mut parts = Vec::new();
@@ -174,24 +193,80 @@ fn parts(table: &Table<'_>, problems: &mut Problems) -> Option<Vec<Part>> {
         let part = value.table(value.span, &place, problems).and_then(|t| {
             t.only(&[&SHAPES[..], &pose::KEYS[..]].concat(), problems);
             if SHAPES.iter().filter(|s| t.has(s)).count() != 1 {
-                let help = "give it one of `box`, `cylinder`, `sphere` and `capsule`";
+                let help = "give it one of `box`, `cylinder`, `sphere`, `capsule` and `mesh`";
                 let message = format!("{place} has not exactly one shape");
                 problems.push(Problem::error("world::no-shape", message, t.span, "").help(help));
                 return None;
             }
-            Some(Part {
-                shape: shape(&t, problems)?,
-                X_OS: pose::read(&t, problems),
-            })
+            let X_OP = pose::read(&t, problems);
+            placed(&t, &X_OP, solids, problems)
         });
         ok &= part.is_some();
-        parts.extend(part);
+        parts.extend(part.into_iter().flatten());
     }
     if parts.is_empty() && ok {
         let message = format!("{} has no parts", table.place);
         problems.push(Problem::error("world::no-shape", message, table.span, "").help("list at least one part"));
     }
     (ok && !parts.is_empty()).then_some(parts)
+}
+
+/// Returns the shape of a table at `X_OP`; a mesh may be several.
+fn placed(table: &Table<'_>, X_OP: &Pose, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Option<Vec<Part>> {
+    if !table.has("mesh") {
+        let shape = shape(table, problems)?;
+        return Some(vec![Part { shape, X_OS: *X_OP }]);
+    }
+    let shapes = mesh(table, solids, problems)?;
+    let part = |(shape, p_PS): (Shape, Vec3)| Part {
+        shape,
+        X_OS: X_OP * nalgebra::Translation3::from(p_PS),
+    };
+    Some(shapes.into_iter().map(part).collect())
+}
+
+/// Reads `mesh = "mug.stl"` or `mesh = { file = "mug.stl", scale = 0.001, parts = true }`.
+fn mesh(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems) -> Option<Vec<(Shape, Vec3)>> {
+    let value = table.get("mesh")?;
+    let place = format!("`mesh` of {}", table.place);
+    let (name, scale, in_parts) = if matches!(value.value, DeValue::Table(_)) {
+        let given = value.table(value.span, &place, problems)?;
+        given.only(&["file", "scale", "parts"], problems);
+        let scale = match given.get("scale").map(|s| s.value) {
+            None => Some([1.0; 3]),
+            Some(DeValue::Array(_)) => given.vector::<3>("scale", problems).map(|(s, _)| s),
+            Some(_) => given.number("scale", problems).map(|(s, _)| [s; 3]),
+        };
+        if scale.is_some_and(|s| s.contains(&0.0)) {
+            let message = format!("{place} is scaled to nothing");
+            problems.push(problems::bad_size(
+                message,
+                given.span,
+                "a negative factor mirrors; zero is none",
+            ));
+            return None;
+        }
+        let in_parts = given.truth("parts", problems).unwrap_or(false);
+        (
+            given.needed_text("file", "file = \"mug.stl\"", problems)?,
+            scale?,
+            in_parts,
+        )
+    } else {
+        (value.text(&place, problems)?, [1.0; 3], false)
+    };
+    let wanted = Wanted {
+        name: name.text,
+        scale,
+        in_parts,
+    };
+    match solids.meshes.shapes(solids.path, &wanted) {
+        Ok(shapes) => Some(shapes),
+        Err(no_mesh) => {
+            problems.push(problems::no_mesh(&wanted, &no_mesh, name.span));
+            None
+        }
+    }
 }
 
 fn shape(table: &Table<'_>, problems: &mut Problems) -> Option<Shape> {
@@ -205,7 +280,7 @@ fn shape(table: &Table<'_>, problems: &mut Problems) -> Option<Shape> {
                 half: Vec3::from(sides) / 2.0,
             });
     }
-    let (key, round) = SHAPES[1..]
+    let (key, round) = PRIMITIVES[1..]
         .iter()
         .find_map(|key| Some((*key, table.table(key, &format!("`{key}` of {place}"), problems)?)))?;
     let known: &[&str] = if key == "sphere" {

@@ -2,6 +2,7 @@
 //!
 //! A problem that one place alone raises is worded there.
 
+use super::mesh::{NoMesh, Wanted};
 use crate::diag::{Problem, suggest};
 use crate::source::Span;
 
@@ -62,6 +63,34 @@ pub fn bad_value(message: impl Into<String>, span: Span, label: impl Into<String
 /// A length that nobody means.
 pub fn bad_size(message: impl Into<String>, span: Span, help: impl Into<String>) -> Problem {
     Problem::error("world::bad-size", message, span, "this length [m]").help(help)
+}
+
+/// A mesh that can't be read, named at `span`.
+pub fn no_mesh(wanted: &Wanted<'_>, no_mesh: &NoMesh, span: Span) -> Problem {
+    let name = wanted.name;
+    match no_mesh {
+        NoMesh::NotFound { tried } => {
+            let reasons: Vec<String> = tried.iter().map(|(path, why)| format!("`{path}`: {why}")).collect();
+            let tried = reasons.join("; ");
+            let help = if name.starts_with("package:") || name.starts_with("model:") {
+                format!(
+                    "name the folder that holds the package in `packages` of the model file, or in ROS_PACKAGE_PATH; tried {tried}"
+                )
+            } else {
+                format!("a path is relative to the folder of the file that names it; tried {tried}")
+            };
+            let message = format!("there is no mesh `{name}`");
+            Problem::error("mesh::not-found", message, span, "").help(help)
+        }
+        NoMesh::Format => {
+            let message = format!("mesh `{name}` is of a format that is not read");
+            Problem::error("mesh::unreadable", message, span, "").help("convert it to STL, OBJ or COLLADA (`.dae`)")
+        }
+        NoMesh::Unreadable { path, why } => {
+            let message = format!("mesh `{name}` can't be read: {why}");
+            Problem::error("mesh::unreadable", message, span, "").help(format!("it is `{path}`: export it again"))
+        }
+    }
 }
 
 /// A name that nothing bears.

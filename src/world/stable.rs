@@ -1,13 +1,15 @@
 //! Orientations in which an object stands on a level face, from its shape (thesis 3.3.1, stable configurations).
 //!
 //! Tries the six axes of the object frame as "up", and keeps those where the bottom is a polygon with the centre of volume above its
-//! inside. So a ball, a capsule and a lying cylinder, which would roll, have none. Orientations between the axes are not tried.
+//! inside. So a ball, a capsule and a lying cylinder, which would roll, have none. Orientations between the axes are tried for hulls
+//! alone: those with one of the largest faces down.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use nalgebra::{ComplexField, UnitQuaternion};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{Part, Stable};
+use crate::geom::hull::Face;
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 
@@ -15,6 +17,10 @@ use crate::geom::{Pose, Vec3};
 const FLAT: f64 = 1e-6;
 /// The centre of volume must lie this far inside the bottom polygon [m].
 const INSIDE: f64 = 1e-3;
+/// A hull stands on this many of its faces at most, besides those that an axis is normal to.
+const FACES: usize = 6;
+/// It stands on no face that is smaller than this share of the largest.
+const MOST_OF_LARGEST: f64 = 0.2;
 /// Corners of the polygon that stands for a disc.
 const DISC: usize = 16;
 
@@ -30,8 +36,33 @@ pub fn stable_orientations(parts: &[Part]) -> Vec<Stable> {
         ("-y", about(Vec3::x(), -FRAC_PI_2)),
     ]
     .into_iter()
-    .filter_map(|(name, R_QO)| stand(name, parts, R_QO))
+    .map(|(name, R_QO)| (name.to_string(), R_QO))
+    .chain(on_faces(parts))
+    .filter_map(|(name, R_QO)| stand(&name, parts, R_QO))
     .collect()
+}
+
+/// Returns the orientations in which a large face of a hull is down, unless an axis of O is up then.
+fn on_faces(parts: &[Part]) -> Vec<(String, UnitQuaternion<f64>)> {
+    let mut faces: Vec<(f64, Vec3)> = Vec::new();
+    for part in parts {
+        if let Shape::Hull(hull) = &part.shape {
+            let area = |f: &Face| -> f64 {
+                let sides =
+                    |[a, b, c]: [usize; 3]| (hull.vertices[b] - hull.vertices[a], hull.vertices[c] - hull.vertices[a]);
+                f.triangles().map(sides).map(|(u, v)| u.cross(&v).norm() / 2.0).sum()
+            };
+            faces.extend(hull.faces.iter().map(|f| (area(f), part.X_OS.rotation * f.normal)));
+        }
+    }
+    let is_axis = |normal: &Vec3| normal.amax() > 1.0 - 1e-9;
+    let least = MOST_OF_LARGEST * faces.iter().map(|(area, _)| *area).fold(0.0, f64::max);
+    faces.retain(|(area, normal)| *area >= least && !is_axis(normal));
+    faces.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let down = -Vec3::z();
+    let turn = |normal: &Vec3| UnitQuaternion::rotation_between(normal, &down);
+    let turns = faces.iter().take(FACES).filter_map(|(_, normal)| turn(normal));
+    turns.enumerate().map(|(n, R)| (format!("face {}", n + 1), R)).collect()
 }
 
 /// Returns how the parts stand when turned by `R_QO`, or `None` when they would tip or roll.
@@ -54,13 +85,18 @@ pub fn stand(name: &str, parts: &[Part], R_QO: UnitQuaternion<f64>) -> Option<St
     })
 }
 
+/// Returns the centre of volume of one part, measured in O.
+fn centre(part: &Part) -> Vec3 {
+    (part.X_OS * nalgebra::Point3::from(part.shape.centre())).coords
+}
+
 /// Returns the centre of volume C, `p_OC`; parts that overlap count twice there.
 pub fn centroid(parts: &[Part]) -> Vec3 {
     let volume: f64 = parts.iter().map(|p| p.shape.volume()).sum();
     if volume <= 0.0 {
         return Vec3::zeros();
     }
-    let moment: Vec3 = parts.iter().map(|p| p.X_OS.translation.vector * p.shape.volume()).sum();
+    let moment: Vec3 = parts.iter().map(|p| centre(p) * p.shape.volume()).sum();
     moment / volume
 }
 
@@ -93,6 +129,7 @@ fn low_points(shape: &Shape, X_QS: &Pose) -> Vec<Vec3> {
                 .collect()
         }
         Shape::Sphere { radius } => vec![point(0.0, 0.0, 0.0) + down * *radius],
+        Shape::Hull(hull) => hull.vertices.iter().map(|v| point(v.x, v.y, v.z)).collect(),
         Shape::Capsule { radius, half_length } => [-1.0, 1.0]
             .map(|end| point(0.0, 0.0, end * half_length) + down * *radius)
             .to_vec(),

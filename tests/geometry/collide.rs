@@ -1,11 +1,14 @@
 //! The closed forms and the rounded cores against parry's own shapes and queries.
 
+use std::sync::Arc;
+
 use nalgebra::UnitQuaternion;
 use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
 use parry3d_f64::query;
-use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, Shape as ParryShape};
+use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape as ParryShape};
 use proptest::prelude::*;
 use sgap::geom::collide::{Solid, distance, penetration, ray, touch};
+use sgap::geom::hull::Hull;
 use sgap::geom::shape::Shape;
 use sgap::geom::{Pose, Vec3};
 
@@ -18,7 +21,14 @@ fn shapes() -> impl Strategy<Value = Shape> {
         (size.clone(), size.clone()).prop_map(|(radius, half_length)| Shape::Cylinder { radius, half_length }),
         size.clone().prop_map(|radius| Shape::Sphere { radius }),
         (size.clone(), size).prop_map(|(radius, half_length)| Shape::Capsule { radius, half_length }),
+        hulls().prop_map(|hull| Shape::Hull(Arc::new(hull))),
     ]
+}
+
+/// Hulls around a dozen points or so.
+fn hulls() -> impl Strategy<Value = Hull> {
+    let point = [-0.4f64..0.4, -0.3f64..0.3, -0.5f64..0.5].prop_map(Vec3::from);
+    proptest::collection::vec(point, 5..30).prop_filter_map("no body", |points| Some(Hull::around(&points)?.0))
 }
 
 /// Poses within `far` of the origin; some of them turned by right angles, where edges and faces are parallel.
@@ -42,6 +52,13 @@ fn parry(shape: &Shape, X: &Pose) -> (Box<dyn ParryShape>, ParryPose) {
         Shape::Sphere { radius } => (Box::new(Ball::new(radius)), X.rotation),
         Shape::Cylinder { radius, half_length } => (Box::new(Cylinder::new(half_length, radius)), X.rotation * upright),
         Shape::Capsule { radius, half_length } => (Box::new(Capsule::new_y(half_length, radius)), X.rotation * upright),
+        Shape::Hull(ref hull) => {
+            let corners: Vec<Vector> = hull.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect();
+            (
+                Box::new(ConvexPolyhedron::from_convex_hull(&corners).unwrap()),
+                X.rotation,
+            )
+        }
     };
     let (p, q) = (X.translation.vector, r.coords);
     (

@@ -274,6 +274,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
         task: "Serve(GANTRY, HUMAN)".into(),
         seed: 0,
         cost: 0.0,
+        cost_parts: Vec::new(),
         makespan: 0.0,
         interleaved: false,
         actions: vec![

@@ -312,7 +312,7 @@ pub fn pick_and_place() -> Plan {
         task: "Move(ARM, BOX)".into(),
         seed: 1,
         cost: 2.0,
-        cost_parts: Vec::new(),
+        cost_parts: vec![],
         makespan: 4.5,
         interleaved: false,
         actions,

@@ -9,12 +9,12 @@ use crate::geom::{Pose, Vec3};
 /// Returns the distance between two cores [m], negative by the depth when a point lies inside; `None` when there is no closed form.
 #[inline]
 pub fn signed_distance(a: &Core, b: &Core, X_AB: &Pose) -> Option<f64> {
-    match (*a, *b) {
+    match (a, b) {
         (Core::Point, Core::Point) => Some(X_AB.translation.vector.norm()),
         (Core::Point, _) => Some(point(b, &X_AB.inverse().translation.vector)?),
         (_, Core::Point) => point(a, &X_AB.translation.vector),
         (Core::Segment { half_length: h }, Core::Segment { half_length: k }) => {
-            Some(segments(h, k, &X_AB.translation.vector, &(X_AB.rotation * Vec3::z())))
+            Some(segments(*h, *k, &X_AB.translation.vector, &(X_AB.rotation * Vec3::z())))
         }
         _ => None,
     }
@@ -33,6 +33,8 @@ fn point(core: &Core, p: &Vec3) -> Option<f64> {
             let apart = out.map(|v| v.max(0.0)).norm();
             if apart > 0.0 { apart } else { out.max() }
         }
+        // A corner or an edge may be nearest: not worth a closed form.
+        Core::Hull(_) => return None,
         Core::Cylinder { radius, half_length } => {
             let across = (p.x * p.x + p.y * p.y).sqrt() - radius;
             let along = p.z.abs() - half_length;

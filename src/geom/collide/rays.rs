@@ -1,6 +1,6 @@
 //! Rays against solids, in closed form.
 //!
-//! Padding is exact for spheres and capsules; a padded box or cylinder is met as the sharp one whose sides are moved out by the margin,
+//! Padding is exact for spheres and capsules; a padded box, cylinder or hull is met as the sharp one whose sides are moved out by the margin,
 //! which contains the rounded one.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
@@ -39,6 +39,7 @@ pub fn ray(solid: &Solid, X_WS: &Pose, p_WR: &Vec3, direction: &Vec3, max: f64) 
             slab(p.y, d.y, half.y + round),
             slab(p.z, d.z, half.z + round),
         ]),
+        Core::Hull(ref hull) => within([hull.crossing(&p, &d, round).map(|c| (c.enter, c.leave))]),
         Core::Cylinder { radius, half_length } => tube(&p, &d, radius + round, half_length + round),
     };
     hit.filter(|&t| t <= max)

@@ -6,8 +6,9 @@
 
 use std::fmt::Write;
 
-use super::super::ast::{Action, Effect, Formula, Pair, VarId};
-use super::super::formulas::read;
+use super::super::ast::{Action, Effect, Formula, Pair, Term};
+use super::super::formulas::{conjuncts, free, read, visit};
+use super::super::names::Namer;
 use super::Writer;
 use super::tests::Tests;
 
@@ -45,7 +46,7 @@ impl Writer<'_> {
         let late = late(action);
         let mut out = String::new();
         for predicate in &late {
-            self.copy(*predicate, true, &mut out);
+            self.copy(action, *predicate, vars, true, &mut out);
         }
         for pass in passes(action) {
             let mut rest = &pass[..];
@@ -58,7 +59,7 @@ impl Writer<'_> {
             }
         }
         for predicate in &late {
-            self.copy(*predicate, false, &mut out);
+            self.copy(action, *predicate, vars, false, &mut out);
         }
         out
     }
@@ -71,24 +72,24 @@ impl Writer<'_> {
             tests.test(formula);
             tests.out.replace('\n', " ")
         };
-        let guards = |var: VarId| {
-            let kinds = &action.scope.0[var].kinds;
-            match kinds.0.len() {
-                1 => String::new(),
-                _ => tests(&Formula::Is(super::Term::Var(var), kinds.clone())),
-            }
-        };
-        let mut n_open = 0;
+        let mut left = conjuncts(&first.condition);
         for (at, var) in first.forall.iter().enumerate() {
-            let ty = &self.types[self.pair.joined(&action.scope.0[*var].kinds)];
-            let mut guard = guards(*var);
-            if at + 1 == first.forall.len() {
-                guard += &tests(&first.condition);
-            }
+            let kinds = &action.scope.0[*var].kinds;
+            let mut guard = match kinds.0.len() {
+                1 => String::new(),
+                _ => tests(&Formula::Is(Term::Var(*var), kinds.clone())),
+            };
+            // Each test stands at the first variable that makes it complete.
+            let later = &first.forall[at + 1..];
+            let (now, rest): (Vec<&Formula>, Vec<&Formula>) =
+                left.iter().partition(|f| !later.iter().any(|v| free(f).contains(v)));
+            left = rest;
+            now.into_iter().for_each(|f| guard += &tests(f));
+            let ty = &self.types[self.pair.joined(kinds)];
             let _ = write!(out, "FORALL({ty} {}, {{{}}}, {{", vars[*var], guard.trim_end());
-            n_open += 1;
         }
-        let is_open = first.forall.is_empty() && !super::super::formulas::conjuncts(&first.condition).is_empty();
+        let n_open = first.forall.len();
+        let is_open = n_open == 0 && !left.is_empty();
         if is_open {
             let _ = write!(out, "IF {{ {}}} {{ ", tests(&first.condition));
         }
@@ -116,32 +117,54 @@ impl Writer<'_> {
     }
 
     /// Copies a predicate before the effects, or empties the copy behind them: two states that differ in it alone are the same.
-    fn copy(&self, predicate: usize, is_before: bool, out: &mut String) {
+    fn copy(&self, action: &Action, predicate: usize, vars: &[String], is_before: bool, out: &mut String) {
         let positions = &self.positions[predicate];
-        let n_keys = positions.len().saturating_sub(1).max(positions.len().min(1));
-        let keys: Vec<String> = (0..n_keys).map(|i| format!("key_{}", i + 1)).collect();
-        // No entity is hidden by the name of a key.
-        let keys: Vec<String> = keys
-            .into_iter()
-            .map(|mut key| {
-                while self.entity_names.has(&key) {
-                    key.push('_');
+        let n_keys = match positions.len() {
+            0 | 1 => positions.len(),
+            n => n - 1,
+        };
+        // Where all that is read belongs to the action's own arguments, theirs is enough.
+        let mut keys: Vec<&[Term]> = Vec::new();
+        for effect in &action.effects {
+            visit(&effect.condition, &mut |part| {
+                if let Formula::Atom(of, args) = part
+                    && *of == predicate
+                    && !keys.contains(&&args[..n_keys])
+                {
+                    keys.push(&args[..n_keys]);
                 }
-                key
-            })
-            .collect();
+            });
+        }
+        let is_param = |t: &Term| match t {
+            Term::Var(v) => *v < action.n_params,
+            Term::Object(_) => true,
+        };
+        if keys.iter().all(|key| key.iter().all(is_param)) {
+            for key in keys {
+                let key: Vec<&str> = key.iter().map(|t| self.term(*t, vars)).collect();
+                let _ = writeln!(out, "{}", self.copied(predicate, &key, is_before));
+            }
+            return;
+        }
+        // No entity is hidden by the name of a key.
+        let taken = |name: &str| self.entity_names.has(name);
+        let mut namer = Namer::default();
+        let keys: Vec<String> = (0..n_keys).map(|_| namer.fresh("key", &taken)).collect();
         for (key, ty) in keys.iter().zip(positions) {
             let _ = write!(out, "FORALL({} {key}, {{}}, {{", self.types[*ty]);
         }
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-        let copy = self.attribute(&self.before_attributes[&predicate], &keys);
-        let value = match (is_before, positions.len()) {
-            (true, _) => self.attribute(&self.predicates[predicate], &keys),
+        let text = self.copied(predicate, &keys, is_before);
+        let _ = writeln!(out, "{text}{}", "});".repeat(keys.len()));
+    }
+
+    fn copied(&self, predicate: usize, keys: &[&str], is_before: bool) -> String {
+        let copy = self.attribute(&self.before_attributes[&predicate], keys);
+        let value = match (is_before, self.positions[predicate].len()) {
+            (true, _) => self.attribute(&self.predicates[predicate], keys),
             (false, 0 | 1) => "NULL".to_owned(),
             (false, _) => "[]".to_owned(),
         };
-        let _ = write!(out, "{copy} = {value};");
-        out.push_str(&"});".repeat(keys.len()));
-        out.push('\n');
+        format!("{copy} = {value};")
     }
 }

@@ -33,3 +33,18 @@ function showDetails(plan, action) {
   const rows = actionFacts(plan, action).flatMap(([name, text]) => [element("dt", "", name), element("dd", "", text)]);
   byId("facts").replaceChildren(...rows);
 }
+
+/** Shows what the plan's cost consists of, where it is more than its actions' costs. */
+function showCosts(plan) {
+  const parts = plan.cost_parts ?? [];
+  byId("costs").hidden = parts.length === 0;
+  const number = (x) => String(Number(x.toPrecision(6)));
+  const row = (tag, cells) => {
+    const line = element("tr", "", "");
+    line.append(...cells.map((text) => element(tag, "", text)));
+    return line;
+  };
+  const rows = parts.map(({ name, kind, amount, weight, cost }) =>
+    row("td", [name === kind ? name : `${name} (${kind})`, number(amount), `× ${number(weight)}`, number(cost)]));
+  byId("cost-parts").replaceChildren(row("th", ["part", "amount", "weight", "cost"]), ...rows);
+}

@@ -328,6 +328,7 @@ async function main() {
   if (plan) {
     const count = plan.actions.length === 1 ? "1 action" : `${plan.actions.length} actions`;
     byId("summary").textContent = `${plan.task} · ${count} · ${seconds(duration)} · cost ${Number(plan.cost.toPrecision(4))}`;
+    showCosts(plan);
     if (timeline.problems.length > 0) showMessage(`The plan does not fit this world:\n${[...new Set(timeline.problems)].join("\n")}`);
     const jump = (i) => {
       chosen = plan.actions[i];

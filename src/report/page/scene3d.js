@@ -9,6 +9,13 @@ function shapeGeometry(THREE, shape) {
       return new THREE.CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_length, 40).rotateX(Math.PI / 2);
     case "capsule":
       return new THREE.CapsuleGeometry(shape.radius, 2 * shape.half_length, 10, 28).rotateX(Math.PI / 2);
+    case "hull": {
+      // Each triangle has corners of its own, so that the faces look flat.
+      const corner = (i) => new THREE.Vector3().fromArray(shape.vertices[i]);
+      const geometry = new THREE.BufferGeometry().setFromPoints(shape.triangles.flat().map(corner));
+      geometry.computeVertexNormals();
+      return geometry;
+    }
     default:
       return new THREE.SphereGeometry(shape.radius, 32, 20);
   }

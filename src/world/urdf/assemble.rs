@@ -1,15 +1,18 @@
 //! A URDF as `urdf-rs` read it to a tree with shapes: parents before children, mimic joints bound to their leaders.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use indexmap::IndexMap;
+use nalgebra::Translation3;
 use urdf_rs::{Geometry, JointType, Link};
 
-use super::Robot;
 use super::look::{self, JointPlace, Places};
+use super::{Robot, Solids};
 use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::{Dof, Drive, Joint, JointKind, Tree};
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3, pose_xyz_rpy};
 use crate::source::Span;
+use crate::world::mesh::Wanted;
 use crate::world::{Body, pose, problems};
 
 /// A joint as read, and where it stands.
@@ -30,7 +33,12 @@ impl Read<'_> {
 }
 
 /// Returns the robot; what is wrong with the graph of links and joints becomes a problem.
-pub fn assemble(read: &urdf_rs::Robot, places: &Places, problems: &mut Problems) -> Option<Robot> {
+pub fn assemble(
+    read: &urdf_rs::Robot,
+    places: &Places,
+    solids: &mut Solids<'_, '_>,
+    problems: &mut Problems,
+) -> Option<Robot> {
     let Some(joints) = joints(read, places) else {
         let message = "two readers of XML find different names in this file";
         problems.push(
@@ -69,16 +77,23 @@ pub fn assemble(read: &urdf_rs::Robot, places: &Places, problems: &mut Problems)
         });
     }
     let mut bodies = Vec::new();
+    // INVARIANT: the look lists the meshes of the same links in the same order.
+    let mut meshes = places.meshes.iter();
     for link in &read.links {
         let &index = index.get(link.name.as_str())?;
         let color = color(link, &read.materials);
-        for (geometry, origin) in solids(link) {
-            bodies.push(Body {
+        for (geometry, origin) in counting(link) {
+            let X_LM = pose_of(origin);
+            let shapes = match primitive(geometry) {
+                Some(shape) => vec![(shape, Vec3::zeros())],
+                None => mesh(link, geometry, *meshes.next()?, solids, problems),
+            };
+            bodies.extend(shapes.into_iter().map(|(shape, p_MS)| Body {
                 link: index,
-                shape: shape(geometry)?,
-                X_LS: pose_of(origin),
+                shape,
+                X_LS: X_LM * Translation3::from(p_MS),
                 color,
-            });
+            }));
         }
     }
     Some(Robot { tree, bodies })
@@ -99,8 +114,9 @@ fn joints<'a>(read: &'a urdf_rs::Robot, places: &'a Places) -> Option<Vec<Read<'
                 JointType::Fixed => JointKind::Fixed,
                 JointType::Revolute | JointType::Continuous => JointKind::Revolute,
                 JointType::Prismatic => JointKind::Prismatic,
-                // The look has refused them.
-                JointType::Floating | JointType::Planar | JointType::Spherical => return None,
+                JointType::Floating | JointType::Planar => JointKind::Fixed,
+                // The look has refused it.
+                JointType::Spherical => return None,
             };
             alike.then_some(Read { joint, place, kind })
         })
@@ -117,7 +133,7 @@ fn pose_of(origin: &urdf_rs::Pose) -> Pose {
 }
 
 /// Returns the shapes that count: the collision shapes, or the visual ones of a link without any.
-fn solids(link: &Link) -> Vec<(&Geometry, &urdf_rs::Pose)> {
+fn counting(link: &Link) -> Vec<(&Geometry, &urdf_rs::Pose)> {
     if link.collision.is_empty() {
         link.visual.iter().map(|v| (&v.geometry, &v.origin)).collect()
     } else {
@@ -125,8 +141,40 @@ fn solids(link: &Link) -> Vec<(&Geometry, &urdf_rs::Pose)> {
     }
 }
 
-/// Returns the shape; `None` for a mesh, which the look has refused.
-fn shape(geometry: &Geometry) -> Option<Shape> {
+/// Returns the hulls of a mesh, each with its origin in the mesh's frame.
+///
+/// A mesh that is there to be seen only, of a link without collision shapes, is a warning when it can't be read.
+fn mesh(
+    link: &Link,
+    geometry: &Geometry,
+    span: Span,
+    solids: &mut Solids<'_, '_>,
+    problems: &mut Problems,
+) -> Vec<(Shape, Vec3)> {
+    let Geometry::Mesh { filename, scale } = geometry else {
+        return Vec::new();
+    };
+    let wanted = Wanted {
+        name: filename,
+        scale: scale.map_or([1.0; 3], |s| s.0),
+        in_parts: (solids.in_parts)(&link.name),
+    };
+    let no_mesh = match solids.meshes.shapes(solids.path, &wanted) {
+        Ok(shapes) => return shapes,
+        Err(no_mesh) => no_mesh,
+    };
+    let problem = problems::no_mesh(&wanted, &no_mesh, span);
+    problems.push(if link.collision.is_empty() {
+        let message = format!("link `{}` has no shape: {}", link.name, problem.message);
+        Problem::warning("urdf::no-shape", message, span, "").maybe_help(problem.help)
+    } else {
+        problem
+    });
+    Vec::new()
+}
+
+/// Returns the shape; `None` for a mesh.
+fn primitive(geometry: &Geometry) -> Option<Shape> {
     match *geometry {
         Geometry::Box { size } => Some(Shape::Box {
             half: Vec3::from(size.0) / 2.0,
@@ -259,7 +307,11 @@ fn drives(
             name: raw.joint.name.clone(),
             lower,
             upper,
-            max_velocity: raw.joint.limit.velocity,
+            max_velocity: if raw.joint.limit.velocity > 0.0 {
+                raw.joint.limit.velocity
+            } else {
+                look::SLOW
+            },
             max_acceleration: f64::INFINITY,
         });
         drives.insert(

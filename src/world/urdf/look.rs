@@ -13,6 +13,9 @@ use crate::world::problems;
 /// Elements nest this deep at most: readers of XML recurse. URDF itself needs six levels.
 const DEEPEST: usize = 64;
 
+/// The velocity limit of a joint without one [rad/s] or [m/s]. HEURISTIC: slow enough for whatever moves.
+pub const SLOW: f64 = 0.2;
+
 /// Elements whose values are attributes alone. INVARIANT: urdf-rs would take them from elements within, too, which are not judged.
 const LEAVES: [&str; 12] = [
     "origin", "axis", "limit", "mimic", "parent", "child", "color", "box", "cylinder", "sphere", "capsule", "mesh",
@@ -26,6 +29,10 @@ pub struct Places {
     pub links: IndexMap<String, Span>,
     /// In the order of the file.
     pub joints: Vec<JointPlace>,
+    /// The start tags of the meshes that count, in the order of the file.
+    pub meshes: Vec<Span>,
+    /// Elements that are of no use here.
+    pub unread: Vec<Span>,
     /// Start tag and whole of each element below `<robot>`.
     pub parts: Vec<(Span, Span)>,
 }
@@ -78,12 +85,22 @@ pub fn look(text: &str, file: FileId) -> (Option<Places>, Problems) {
         problems.push(Problem::error("urdf::too-deep", message, head(node, file), ""));
         return (None, problems);
     }
-    let mut look = Look { file, problems };
+    if let Some(problem) = xacro(root, file) {
+        problems.push(problem);
+        return (None, problems);
+    }
+    let mut look = Look {
+        file,
+        problems,
+        meshes: Vec::new(),
+    };
     look.leaves(root);
     let links = look.links(root);
     look.shapes(root, &links);
     let joints = look.joints(root, &links);
-    let mut problems = look.problems;
+    let Look {
+        mut problems, meshes, ..
+    } = look;
     if links.is_empty() {
         problems.push(
             Problem::error("urdf::empty-robot", "the robot has no links", head(root, file), "")
@@ -95,6 +112,8 @@ pub fn look(text: &str, file: FileId) -> (Option<Places>, Problems) {
         robot: head(root, file),
         links,
         joints,
+        meshes,
+        unread: unread(root).map(whole).collect(),
         parts: root
             .children()
             .filter(Node::is_element)
@@ -102,6 +121,52 @@ pub fn look(text: &str, file: FileId) -> (Option<Places>, Problems) {
             .collect(),
     };
     ((!problems.has_errors()).then_some(places), problems)
+}
+
+/// Returns what is wrong with a file that is a program for a URDF.
+///
+/// The namespace alone says nothing: it stays in what the program writes.
+fn xacro(root: Node<'_, '_>, file: FileId) -> Option<Problem> {
+    let is_xacro = |n: &Node<'_, '_>| n.tag_name().namespace().is_some_and(|space| space.contains("xacro"));
+    let has_expression = |n: &Node<'_, '_>| {
+        n.attributes()
+            .any(|a| a.value().contains("${") || a.value().contains("$("))
+    };
+    // Not what a file carries for a simulator.
+    let ours = |n: &Node<'_, '_>| {
+        !n.ancestors()
+            .any(|a| a.has_tag_name("gazebo") || a.has_tag_name("transmission"))
+    };
+    let node = root
+        .descendants()
+        .filter(Node::is_element)
+        .find(|n| (is_xacro(n) || has_expression(n)) && ours(n))?;
+    let problem = Problem::error(
+        "urdf::xacro",
+        "this is a xacro file, from which a URDF is yet to be made",
+        head(node, file),
+        "",
+    );
+    Some(
+        problem
+            .help("run `xacro robot.urdf.xacro > robot.urdf` (of ROS, or `pip install xacro`), and name the new file"),
+    )
+}
+
+/// Returns the elements that say nothing about shapes and joints.
+fn unread<'a, 'i>(root: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    let is_read = |n: &Node<'_, '_>| {
+        let known: &[&str] = match n.parent_element().map(|p| p.tag_name().name()) {
+            Some("robot") => &["link", "joint", "material"],
+            Some("link") => &["visual", "collision"],
+            Some("joint") => &["origin", "parent", "child", "axis", "limit", "mimic"],
+            Some("material") => &["color"],
+            _ => return true,
+        };
+        known.contains(&n.tag_name().name())
+    };
+    root.descendants()
+        .filter(move |n| n.is_element() && *n != root && !is_read(n))
 }
 
 /// Returns what is wrong with a joint whose lower limit is above its upper one.
@@ -114,6 +179,7 @@ pub fn upside_down(joint: &str, lower: f64, upper: f64, span: Span) -> Problem {
 struct Look {
     file: FileId,
     problems: Problems,
+    meshes: Vec<Span>,
 }
 
 /// Returns the byte offset of a row and column, both counted from 1, columns in characters.
@@ -304,7 +370,7 @@ impl Look {
                 "urdf::no-geometry",
                 message,
                 span,
-                "put a box, cylinder, sphere or capsule into `<geometry>`",
+                "put a box, cylinder, sphere, capsule or mesh into `<geometry>`",
             );
             return;
         };
@@ -316,19 +382,28 @@ impl Look {
                 let radius = self.number(geometry, "radius").map(|r| [r; 3]);
                 (radius, self.number(geometry, "length"))
             }
-            "mesh" if used => {
-                let message = format!("link `{link}` has a mesh; meshes are not supported yet");
-                let help = "replace it by boxes, cylinders, spheres or capsules in `<collision>` elements; where a link has \
-                            collision shapes its visual meshes are not read";
-                return self.error("urdf::mesh-not-supported", message, span, help);
-            }
             "mesh" => {
                 self.attribute(geometry, "filename");
+                let scale = geometry
+                    .has_attribute("scale")
+                    .then(|| self.numbers::<3>(geometry, "scale"));
+                if used && scale.flatten().is_some_and(|s| s.contains(&0.0)) {
+                    let message = format!("link `{link}` has a mesh that is scaled to nothing");
+                    self.error(
+                        "urdf::bad-size",
+                        message,
+                        span,
+                        "a negative factor mirrors; zero is none",
+                    );
+                }
+                if used {
+                    self.meshes.push(span);
+                }
                 return;
             }
             other => {
                 let message = format!("link `{link}` has the unknown shape `{other}`");
-                let help = "shapes are `box`, `cylinder`, `sphere` and `capsule`";
+                let help = "shapes are `box`, `cylinder`, `sphere`, `capsule` and `mesh`";
                 return self.error("urdf::unknown-shape", message, span, help);
             }
         };
@@ -420,15 +495,22 @@ impl Look {
         let (kind, span) = self.attribute(node, "type")?;
         match kind {
             "fixed" | "revolute" | "continuous" | "prismatic" => return Some(kind),
-            "floating" | "planar" | "spherical" => {
-                let message = format!("joint `{joint}` is `{kind}`, which is not supported");
+            "floating" | "planar" => {
+                let message = format!("joint `{joint}` is `{kind}`: it is held at zero");
                 let help =
                     "the base of a robot is placed by the world file; elsewhere, chain revolute and prismatic joints";
+                self.problems
+                    .push(Problem::warning("urdf::held-joint", message, span, "").help(help));
+                return Some("fixed");
+            }
+            "spherical" => {
+                let message = format!("joint `{joint}` is `{kind}`, which is not supported");
+                let help = "chain three revolute joints whose axes meet";
                 self.error("urdf::joint-not-supported", message, span, help);
             }
             _ => {
                 let message = format!("joint `{joint}` has the unknown type `{kind}`");
-                let kinds = ["fixed", "revolute", "continuous", "prismatic"];
+                let kinds = ["fixed", "revolute", "continuous", "prismatic", "floating", "planar"];
                 let help = problems::did_you_mean(kind, "types are", kinds).unwrap_or_default();
                 self.error("urdf::unknown-joint-type", message, span, &help);
             }
@@ -453,8 +535,12 @@ impl Look {
     /// Judges the limits of a joint that moves.
     fn limits(&mut self, node: Node<'_, '_>, joint: &str, continuous: bool) {
         let Some(limit) = element(node, "limit") else {
-            let message = format!("joint `{joint}` moves, but has no `<limit>`");
             let span = head(node, self.file);
+            if continuous {
+                // URDF asks for limits of joints that have an end alone.
+                return self.slow(joint, span);
+            }
+            let message = format!("joint `{joint}` moves, but has no `<limit>`");
             let help = "add `<limit lower=\"..\" upper=\"..\" effort=\"..\" velocity=\"..\"/>`";
             self.error("urdf::missing-limit", message, span, help);
             return;
@@ -466,9 +552,7 @@ impl Look {
             Some(0.0)
         };
         if velocity.is_some_and(|v| v <= 0.0) {
-            let message = format!("joint `{joint}` has no velocity limit above zero");
-            let help = "add `velocity=\"..\"` in rad/s or m/s: without it no motion has a duration";
-            self.error("urdf::no-velocity", message, span, help);
+            self.slow(joint, span);
         }
         if continuous {
             return;
@@ -480,6 +564,14 @@ impl Look {
         {
             self.problems.push(upside_down(joint, lower, upper, span));
         }
+    }
+
+    /// Warns of a joint whose velocity limit is ours.
+    fn slow(&mut self, joint: &str, span: Span) {
+        let message = format!("joint `{joint}` has no velocity limit above zero: taken for {SLOW} rad/s or m/s");
+        let help = "add `velocity=\"..\"` in rad/s or m/s to its `<limit>`: without one no motion has a duration";
+        self.problems
+            .push(Problem::warning("urdf::no-velocity", message, span, "").help(help));
     }
 
     /// Returns the place of the leader's name.

@@ -1,0 +1,196 @@
+//! Takes over a geometric action of an earlier plan document: its motions and choices as they are.
+//!
+//! Nothing is computed but the world state that the motions lead to, which must begin where the world is. Does NOT look for
+//! collisions, nor at facts and constraints: whoever hands over a document has the validator's word for those
+//! (`validate::prefix`), which shares none of this code.
+#![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+use super::Grp;
+use super::description;
+use super::solve::Arguments;
+use crate::engine::{Call, GasNum, GasRef, Projection};
+use crate::geom::Pose;
+use crate::ir::Domain;
+use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, SubAction};
+use crate::world::{Arm, Held, State};
+
+/// How far a joint may be from where its motion begins: rounding in a document [rad or m].
+const START: f64 = 1e-6;
+/// How far an object may be from where the hand closes or opens, as the validator has it ([m], [rad]).
+const PLACE: (f64, f64) = (1e-3, 1e-2);
+
+/// A geometric action of an earlier plan.
+#[derive(Debug)]
+pub(super) struct Adopted {
+    geometry: Geometry,
+    start: State,
+    end: State,
+}
+
+impl Adopted {
+    pub(super) fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    pub(super) fn end(&self) -> &State {
+        &self.end
+    }
+}
+
+/// Numbers of adopted actions go down from the largest one, those of searched ones up from 0.
+pub(super) fn number(position: usize) -> GasNum {
+    GasNum(u32::MAX - position as u32)
+}
+
+/// Returns the position of an adopted action, or a number that none has.
+pub(super) fn position(gas: GasNum) -> usize {
+    (u32::MAX - gas.0) as usize
+}
+
+impl Grp<'_> {
+    /// Applies a known solution to the current world state.
+    pub(super) fn adopt_known(
+        &mut self,
+        domain: &Domain,
+        call: &Call<'_>,
+        known: Option<&Geometry>,
+    ) -> Result<Projection, ActionRefusal> {
+        let refuse = |why: String| {
+            let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
+            ActionRefusal::not_applicable(format!("{}({})", call.name, args.join(", ")), why)
+        };
+        let known = known.ok_or_else(|| refuse("the earlier plan has no motions for it".into()))?;
+        let start = self
+            .states
+            .last()
+            .ok_or_else(|| refuse("there is no world state".into()))?;
+        let found = self
+            .adopted
+            .iter()
+            .position(|a| a.start == *start && a.geometry == *known);
+        let at = match found {
+            Some(at) => at,
+            None => {
+                let end = self.end_of(domain, call, known, start).map_err(refuse)?;
+                self.adopted.push(Adopted {
+                    geometry: known.clone(),
+                    start: start.clone(),
+                    end,
+                });
+                self.adopted.len() - 1
+            }
+        };
+        self.states.push(self.adopted[at].end.clone());
+        Ok(Projection {
+            gas: GasRef {
+                gas: number(at),
+                alternative: 0,
+            },
+            cost: known.cost_parts.values().sum(),
+            duration: known.sub_actions.iter().map(|s| s.trajectory.duration()).sum(),
+        })
+    }
+
+    /// Returns the world state that the motions lead to, or a sentence that says why they don't fit.
+    fn end_of(&self, domain: &Domain, call: &Call<'_>, known: &Geometry, start: &State) -> Result<State, String> {
+        let description =
+            description::find(call.name).ok_or_else(|| format!("there is no geometric action `{}`", call.name))?;
+        let arguments = self.arguments(domain, call, description)?;
+        let Arguments {
+            agent, object, support, ..
+        } = arguments;
+        let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
+        let on = support.map(|o| self.scene.objects[o].id.as_str());
+        let placed = known.placement.as_ref().map(|p| p.on.as_str());
+        for (what, wanted, is) in [
+            ("action", Some(description.names[0]), Some(known.action.as_str())),
+            ("agent", Some(body.id.as_str()), Some(known.agent.as_str())),
+            ("object", Some(thing.id.as_str()), Some(known.object.as_str())),
+            ("support", on, placed),
+        ] {
+            if wanted != is {
+                let is = is.unwrap_or("none");
+                return Err(format!("the {what} of the earlier plan's motions is {is}"));
+            }
+        }
+        let arm = body.arms.iter().position(|a| a.name == known.arm);
+        let arm = arm.ok_or_else(|| format!("{} has no arm `{}`", body.id, known.arm))?;
+        let mut state = start.clone();
+        for sub in &known.sub_actions {
+            self.play(sub, arguments, arm, &mut state)?;
+        }
+        Ok(state)
+    }
+
+    /// Changes the state to that at the end of a sub-action.
+    fn play(&self, sub: &SubAction, arguments: Arguments, arm: usize, state: &mut State) -> Result<(), String> {
+        let Arguments { agent, object, .. } = arguments;
+        let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
+        let rows = &sub.trajectory.positions;
+        let joints = &sub.trajectory.joints;
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            return Err(format!("`{}` has no motion", sub.name));
+        };
+        if first.len() != joints.len() || last.len() != joints.len() {
+            return Err(format!("`{}` has no value for each of its joints", sub.name));
+        }
+        for ((joint, from), to) in joints.iter().zip(first).zip(last) {
+            let dof = body.tree.dofs.iter().position(|d| d.name == *joint);
+            let dof = dof.ok_or_else(|| format!("{} has no joint `{joint}`", body.id))?;
+            let now = &mut state.agents[agent].q[dof];
+            // What is no number is not where the world is either.
+            let is_there = (*now - from).abs() <= START;
+            if !is_there {
+                return Err(format!(
+                    "`{}` begins with `{joint}` at {from:.4}, and it is at {now:.4}",
+                    sub.name
+                ));
+            }
+            *now = *to;
+        }
+        let X_WT = self.tool(agent, &body.arms[arm], state);
+        if sub.motion != Motion::Gripper {
+            for object in &mut state.objects {
+                if let Some(held) = object.held.as_ref().filter(|h| h.agent == agent && h.arm == arm) {
+                    object.X_WO = X_WT * held.X_TO;
+                }
+            }
+        }
+        let about = &mut state.objects[object];
+        let (X_WO, held) = match &sub.change {
+            None => return Ok(()),
+            Some(AttachmentChange::Attach { object_in_tool, .. }) => {
+                let X_TO = object_in_tool.pose();
+                (X_WT * X_TO, Some(Held { agent, arm, X_TO }))
+            }
+            Some(AttachmentChange::Detach { object_in_world, .. }) => (object_in_world.pose(), None),
+        };
+        let off = X_WO.inverse() * about.X_WO;
+        let (distance, angle) = (off.translation.vector.norm(), off.rotation.angle());
+        let is_there = distance <= PLACE.0 && angle <= PLACE.1;
+        if !is_there {
+            return Err(format!(
+                "`{}` has {} {distance:.4} m and {angle:.4} rad from where it is",
+                sub.name, thing.id
+            ));
+        }
+        // Taken, it stays where it is; let go, it settles.
+        if held.is_none() {
+            about.X_WO = X_WO;
+        }
+        about.held = held;
+        Ok(())
+    }
+
+    /// Returns X_WT in a state.
+    fn tool(&self, agent: usize, arm: &Arm, state: &State) -> Pose {
+        let (body, at) = (&self.scene.agents[agent], &state.agents[agent]);
+        body.tree.link_poses(&at.X_WB, &at.q)[arm.tip_link] * arm.X_LT
+    }
+
+    /// Returns what documents add to the numbers of searched actions, so that they are none of the adopted ones.
+    pub(super) fn first_number(&self) -> u32 {
+        let numbers = self.adopted.iter().map(|a| a.geometry.gas.saturating_add(1));
+        numbers.max().unwrap_or(0)
+    }
+}
