@@ -69,10 +69,10 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     placements: u32,
     /// Tasks taken up before the search gives up
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     max_expansions: u64,
     /// Methods inside methods before a branch gives up
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
     max_depth: usize,
     /// Seconds before the search ends with the best plan so far
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]

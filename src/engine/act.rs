@@ -221,6 +221,12 @@ impl Search<'_> {
             self.slots.append(list);
             ends[end] = self.slots.len() as u32;
         }
+        if self.shared.is_empty() {
+            for slot in &self.slots[ends[1] as usize..] {
+                let value = self.context.state.get(*slot).cloned().unwrap_or_default();
+                self.news.push((*slot, value));
+            }
+        }
         ends
     }
 
