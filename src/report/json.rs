@@ -185,3 +185,58 @@ impl Formatter for Layout {
         out.write_all(b"}")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// What stands on a line of its own depends on the first member of a list alone.
+    #[test]
+    fn lists_of_numbers_stay_on_a_line_and_lists_of_lists_do_not() {
+        let value = json!({
+            "none": [], "numbers": [1, 2.5, "x"], "rows": [[1], [], [2, 3]],
+            "objects": [{"a": {}}, {"b": [true]}], "mixed": ["x", 1, null],
+        });
+        let mut text = Vec::new();
+        let layout = Layout {
+            depth: 0,
+            lists: Vec::new(),
+        };
+        value
+            .serialize(&mut Serializer::with_formatter(&mut text, layout))
+            .unwrap();
+        let expected = r#"{
+  "none": [],
+  "numbers": [1,2.5,"x"],
+  "rows": [
+    [1],
+    [],
+    [2,3]
+  ],
+  "objects": [
+    {
+      "a": {}
+    },
+    {
+      "b": [true]
+    }
+  ],
+  "mixed": ["x",1,null]
+}"#;
+        assert_eq!(String::from_utf8(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn numbers_are_rounded_and_no_zero_is_negative() {
+        for (x, expected) in [(0.1 + 0.2, "0.3"), (-1e-12, "0.0"), (2.0, "2.0"), (1e300, "1e300")] {
+            let mut text = Vec::new();
+            let layout = Layout {
+                depth: 0,
+                lists: Vec::new(),
+            };
+            x.serialize(&mut Serializer::with_formatter(&mut text, layout)).unwrap();
+            assert_eq!(String::from_utf8(text).unwrap(), expected);
+        }
+    }
+}
