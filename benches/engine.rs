@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use sgap::check::{self, Given};
-use sgap::engine::{self, Aim, Budget, Cuts, Granted, Outcome, Settings};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Granted, Outcome, Settings};
 use sgap::ir::{Domain, Goal};
 use sgap::source::Sources;
 use sgap::syntax;
@@ -19,7 +19,8 @@ fn main() {
 
 const SETTINGS: Settings = Settings {
     aim: Aim::First,
-    branching: 1,
+    branching: Branching::Fixed(1),
+    strategy: engine::Strategy::DepthFirst,
     interleave: false,
     cuts: Cuts::On,
     budget: Budget {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use divan::Bencher;
-use sgap::engine::{self, Aim, Budget, Call, Cuts, Formula, Reasoner, Request};
+use sgap::engine::{self, Aim, Branching, Budget, Call, Cuts, Formula, Reasoner, Request};
 use sgap::grp::{self, Grp};
 use sgap::ir::Value;
 use sgap::load::{Input, load};
@@ -57,7 +57,8 @@ fn plan(bencher: Bencher<'_, '_>, name: &str) {
             depth: 10_000,
         };
         let settings = engine::Settings {
-            branching: 3,
+            branching: Branching::Fixed(3),
+            strategy: engine::Strategy::DepthFirst,
             aim: Aim::First,
             interleave: false,
             cuts: Cuts::On,

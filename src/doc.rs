@@ -162,6 +162,11 @@ fn attribute_line(attribute: &ast::Attribute) -> String {
         attribute.base.text,
         attribute.name.text,
         attribute.params_as_written()
+            + if attribute.per_agent.is_some() {
+                " per agent"
+            } else {
+                ""
+            },
     )
 }
 

@@ -1,6 +1,6 @@
 //! Where text lives and how it is pointed at.
 //!
-//! The library never touches the disk: it reads through [`Files`], which `main` and the tests implement.
+//! No room touches the disk: it reads through [`Files`], which `planner::Disk` is for whoever has one.
 
 use std::collections::BTreeMap;
 

@@ -9,14 +9,20 @@
 mod bad_input;
 #[path = "cli/fmt.rs"]
 mod fmt;
+#[path = "cli/hddl.rs"]
+mod hddl;
 #[path = "cli/help.rs"]
 mod help;
 #[path = "cli/problems.rs"]
 mod problems;
+#[path = "cli/repair.rs"]
+mod repair;
 #[path = "cli/search.rs"]
 mod search;
 #[path = "cli/symbolic.rs"]
 mod symbolic;
+#[path = "cli/trace.rs"]
+mod trace;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

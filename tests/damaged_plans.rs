@@ -284,3 +284,76 @@ fn wall(world: &mut World, height: f64) -> usize {
     });
     world.scene.objects.len() - 1
 }
+
+fn told(plan: &mut Plan, action: usize, slot: &str, value: &str) {
+    plan.actions[action].changes.insert(slot.into(), value.into());
+}
+
+#[test]
+fn a_plan_that_lies_about_beliefs_is_refused() {
+    let case = Case {
+        task: Some("Story(SALLY, ANNE, MARBLE)"),
+        ..Case::symbolic("tests/suite/plan/language/beliefs.hatp")
+    };
+    let planned = planning::plan(&case);
+    let plan = planned.plan.clone().expect("a plan");
+    planned.validate(&plan).expect("the plan as it was found");
+    let lies: &[Damage] = &[
+        (
+            "who was away is said to know",
+            |plan| told(plan, 2, "SALLY.believes(MARBLE.isIn)", "BOX"),
+            "changes",
+            Some(2),
+        ),
+        (
+            "who does it is said not to know",
+            |plan| {
+                plan.actions[2].changes.shift_remove("ANNE.believes(MARBLE.isIn)");
+            },
+            "changes",
+            Some(2),
+        ),
+        (
+            "who saw it is said not to know",
+            |plan| {
+                plan.actions[0].changes.shift_remove("ANNE.believes(MARBLE.isIn)");
+            },
+            "changes",
+            Some(0),
+        ),
+        (
+            "what is told is something else",
+            |plan| told(plan, 5, "SALLY.believes(MARBLE.isIn)", "BASKET"),
+            "changes",
+            Some(5),
+        ),
+        (
+            "nothing is unknown",
+            |plan| told(plan, 4, "SALLY.believes(MARBLE.isIn)", "NULL"),
+            "changes",
+            Some(4),
+        ),
+        (
+            "an argument is another",
+            |plan| {
+                plan.actions[2].changes.shift_remove("BOX.visited(MARBLE)");
+                told(plan, 2, "BASKET.visited(MARBLE)", "[SALLY, ANNE]");
+            },
+            "changes",
+            Some(2),
+        ),
+        (
+            "she looks where she does not believe it to be",
+            |plan| plan.actions[4].arguments[2] = "BOX".into(),
+            "precondition",
+            Some(4),
+        ),
+    ];
+    for (what, lie, code, action) in lies {
+        let mut damaged = plan.clone();
+        lie(&mut damaged);
+        let fault = planned.validate(&damaged).expect_err(what);
+        assert_eq!(fault.code(), *code, "{what}: {fault}");
+        assert!(is_at(&fault, *action), "{what}: {fault}");
+    }
+}

@@ -28,6 +28,17 @@ const BUDGET: Budget = Budget {
     depth: 60,
 };
 
+/// Every way to search.
+const WAYS: [(Cuts, sgap::engine::Strategy); 7] = [
+    (Cuts::Off, sgap::engine::Strategy::DepthFirst),
+    (Cuts::On, sgap::engine::Strategy::DepthFirst),
+    (Cuts::Always, sgap::engine::Strategy::DepthFirst),
+    (Cuts::Off, sgap::engine::Strategy::LimitedDiscrepancy),
+    (Cuts::Always, sgap::engine::Strategy::LimitedDiscrepancy),
+    (Cuts::Off, sgap::engine::Strategy::Restarts { seed: 7 }),
+    (Cuts::Always, sgap::engine::Strategy::Restarts { seed: 7 }),
+];
+
 fn choices() -> impl Strategy<Value = Vec<u16>> {
     prop::collection::vec(any::<u16>(), 90..420)
 }
@@ -58,8 +69,8 @@ proptest! {
         let naive = plans(&domain, 1, &Limits { interleave, depth: 50, work: 3_000 });
         prop_assume!(!naive.is_cut);
         let cheapest = naive.plans.values().min().copied();
-        for cuts in [Cuts::Off, Cuts::On, Cuts::Always] {
-            let settings = Settings { interleave, cuts, budget: BUDGET, ..FIRST };
+        for (cuts, strategy) in WAYS {
+            let settings = Settings { interleave, cuts, strategy, budget: BUDGET, ..FIRST };
             let task = "Do0(R, CUP, 1, [CUP, BOX])";
             let all = search(&text, task, Settings { aim: Aim::All(100_000), ..settings });
             prop_assert_eq!(all.outcome.ending, Ending::Exhausted, "{:?}\n{}", cuts, text);
@@ -97,9 +108,9 @@ proptest! {
         let text = domains::text(&domain);
         let naive = plans(&domain, 1, &Limits { interleave, depth: 5, work: 3_000 });
         let cheapest = naive.plans.values().min().copied();
-        for cuts in [Cuts::Off, Cuts::On, Cuts::Always] {
-            let budget = Budget { expansions: 20_000, depth: 60 };
-            let settings = Settings { interleave, cuts, budget, ..FIRST };
+        for (cuts, strategy) in WAYS {
+            let budget = Budget { expansions: 2_000, depth: 60 };
+            let settings = Settings { interleave, cuts, strategy, budget, ..FIRST };
             for aim in [Aim::First, Aim::Best] {
                 let run = search(&text, "Do0(R, CUP, 1, [CUP, BOX])", Settings { aim, ..settings });
                 if run.outcome.found.is_some() && let Err(fault) = second_opinion(&run, &run.document()) {

@@ -136,7 +136,7 @@ proptest! {
         let text = domains::domain(&domain, Kind::Geometric);
         let budget = Budget { expansions: 20_000, ..SMALL };
         let plans = |cuts| {
-            let settings = Settings { aim: Aim::All(1_000), branching: 2, cuts, budget, ..FIRST };
+            let settings = Settings { aim: Aim::All(1_000), branching: sgap::engine::Branching::Fixed(2), cuts, budget, ..FIRST };
             let run = run::run(&text, "Do0(R, CUP)", domains::reasoner(&geometry), &settings);
             let mut plans: Vec<String> = run.announced.iter().map(|(plan, _)| plan.clone()).collect();
             plans.sort();

@@ -13,6 +13,10 @@ mod domain;
 mod geometry;
 #[path = "scripted/interleave.rs"]
 mod interleave;
+#[path = "scripted/kept.rs"]
+mod kept;
+#[path = "scripted/look_ahead.rs"]
+mod look_ahead;
 #[path = "scripted/reasoner.rs"]
 mod reasoner;
 #[path = "scripted/run.rs"]
@@ -21,5 +25,7 @@ mod run;
 mod search;
 #[path = "scripted/second_opinion.rs"]
 mod second_opinion;
+#[path = "scripted/strategies.rs"]
+mod strategies;
 #[path = "scripted/values.rs"]
 mod values;

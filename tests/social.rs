@@ -132,7 +132,7 @@ proptest! {
     #[test]
     fn no_plan_costs_less_with_geometry(choices in choices(), answers in choices(), rules in rules()) {
         let text = domain(&choices, &rules, Kind::Geometric);
-        let every = Settings { branching: 2, budget: BUDGET, aim: Aim::All(300), cuts: Cuts::Off, ..FIRST };
+        let every = Settings { branching: sgap::engine::Branching::Fixed(2), budget: BUDGET, aim: Aim::All(300), cuts: Cuts::Off, ..FIRST };
         let run = search(&text, domains::reasoner(&answers), &every);
         let is_whole = match run.outcome.ending {
             Ending::Exhausted => true,

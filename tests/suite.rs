@@ -210,11 +210,81 @@ fn literal(word: &str) -> GivenLiteral {
     }
 }
 
+/// A domain in HDDL and, behind a line `;;; problem`, a problem.
+fn import(text: &str) -> (Sources, bool, Problems) {
+    let (domain, problem) = text.split_once(";;; problem\n").unwrap_or((text, ""));
+    let mut sources = Sources::default();
+    let files = [("domain.hddl", domain), ("problem.hddl", problem)].map(|(path, text)| sources.add(path, text));
+    let (imported, problems) = sgap::hddl::import(files[0], files[1], &sources);
+    (sources, imported.is_some(), problems)
+}
+
+fn hddl_bad(path: &Path) -> Outcome {
+    let (sources, is_imported, problems) = import(&std::fs::read_to_string(path)?);
+    assert!(!problems.0.is_empty() && is_imported != problems.has_errors());
+    snapshot(path, &show(&problems, &sources))
+}
+
+/// What the examples of HDDL's error pages leave out.
+const HDDL_CONTEXT: [(&str, &str); 6] = [
+    (":types", "truck place"),
+    (":predicates", "(at ?t - truck ?p - place) (road ?a ?b - place)"),
+    (":domain", "transport"),
+    (":objects", "t1 - truck a b - place"),
+    (":init", "(at t1 a)"),
+    (":htn", ":ordered-subtasks (go t1 b)"),
+];
+
+/// The wrong example of an error page of HDDL has its problem alone; the right one has none.
+fn hddl_page(path: &Path) -> Outcome {
+    let text = std::fs::read_to_string(path)?;
+    let name = path.file_stem().and_then(|n| n.to_str()).ok_or("a page has a name")?;
+    let code = name.replacen('-', "::", 1);
+    for block in text.split("```hddl").skip(1) {
+        let (kind, rest) = block.split_once('\n').ok_or("a block has lines")?;
+        let example = rest.split("```").next().unwrap_or_default();
+        let begins = |section: &str| example.lines().any(|l| l.starts_with(&format!("({section} ")));
+        let is_of_problem = |line: &&str| {
+            [":domain", ":objects", ":init", ":htn", ":goal"]
+                .iter()
+                .any(|s| line.starts_with(&format!("({s} ")))
+        };
+        let (of_problem, of_domain): (Vec<&str>, Vec<&str>) = example.lines().partition(is_of_problem);
+        let given: Vec<String> = HDDL_CONTEXT
+            .iter()
+            .map(
+                |(section, text)| match begins(section) || code == "hddl::no-task" && *section == ":htn" {
+                    true => String::new(),
+                    false => format!("({section} {text})"),
+                },
+            )
+            .collect();
+        let all = format!(
+            "(define (domain transport) {} {}
+               (:task go :parameters (?t - truck ?p - place))
+               (:action drive :parameters (?t - truck ?a ?b - place) :precondition (at ?t ?a)
+                 :effect (and (not (at ?t ?a)) (at ?t ?b)))
+               {})\n;;; problem\n(define (problem p) {} {})",
+            given[0],
+            given[1],
+            of_domain.join("\n"),
+            given[2..].join(" "),
+            of_problem.join("\n"),
+        );
+        let (sources, _, problems) = import(&all);
+        let shown = show(&problems, &sources);
+        let is_alone = !problems.0.is_empty() && problems.0.iter().all(|p| p.code == code);
+        assert_eq!(is_alone, kind == ",wrong", "{code}\n{all}\n{shown}");
+        assert!(is_alone || problems.0.is_empty(), "{shown}");
+    }
+    Ok(())
+}
+
 /// Every code that a room's source names has its page, and a case whose snapshot shows it.
 fn documented(path: &Path) -> Outcome {
     let text = std::fs::read_to_string(path)?;
     let mut cases = String::new();
-    for folder in ["tests/suite/parse/bad", "tests/suite/check/bad"] {
+    for folder in ["tests/suite/parse/bad", "tests/suite/check/bad", "tests/suite/hddl/bad"] {
         for entry in std::fs::read_dir(folder)? {
             let entry = entry?.path();
             if entry.extension().is_some_and(|e| e == "snap") {
@@ -224,7 +294,7 @@ fn documented(path: &Path) -> Outcome {
     }
     for code in text
         .split('"')
-        .filter(|part| part.starts_with("hatp::") && !part.contains(['<', ' ']))
+        .filter(|part| (part.starts_with("hatp::") || part.starts_with("hddl::")) && !part.contains(['<', ' ']))
     {
         // Codes of the renderer's own tests.
         if code == "hatp::x" {
@@ -451,6 +521,9 @@ datatest_stable::harness! {
     { test = documented, root = "src/syntax", pattern = r"\.rs$" },
     { test = documented, root = "src/check", pattern = r"\.rs$" },
     { test = page, root = "docs/errors", pattern = r"hatp-[^/]*\.md$" },
+    { test = hddl_bad, root = "tests/suite/hddl/bad", pattern = r"\.hddl$" },
+    { test = documented, root = "src/hddl", pattern = r"\.rs$" },
+    { test = hddl_page, root = "docs/errors", pattern = r"hddl-[^/]*\.md$" },
     { test = domains, root = "domains", pattern = r"\.hatp$" },
     { test = plan, root = "tests/suite/plan", pattern = r"\.toml$" },
 }

@@ -39,7 +39,7 @@ const EDGES: &[(&str, &[Edge])] = &[
         &[
             ("source", ALL),
             ("diag", ALL),
-            ("syntax", &["keywords"]),
+            ("syntax", &["keywords", "layout"]),
             ("plan", &["Node", "Plan"]),
         ],
     ),
@@ -125,7 +125,7 @@ const EDGES: &[(&str, &[Edge])] = &[
     ),
 ];
 
-/// Crates that one place alone uses, and the beginning of that place's path.
+/// Crates that one place alone uses, and the beginning of that place's path; of several places, with `|` between them.
 const CRATES: &[(&str, &str)] = &[
     ("pest", "src/syntax/parser"),
     ("pest_derive", "src/syntax/parser"),
@@ -134,10 +134,10 @@ const CRATES: &[(&str, &str)] = &[
     ("parry3d_f64", "src/geom/collide"),
     ("toml", "src/world/"),
     ("urdf_rs", "src/world/urdf"),
-    ("roxmltree", "src/world/urdf/look.rs"),
+    ("roxmltree", "src/world/"),
     ("clap", "src/cli/"),
     ("ctrlc", "src/cli/"),
-    ("tempfile", "src/cli/"),
+    ("tempfile", "src/cli/|src/planner/disk.rs"),
     ("lsp_server", "src/lsp/"),
     ("lsp_types", "src/lsp/"),
 ];
@@ -333,7 +333,7 @@ fn a_crate_is_used_in_its_place_alone() {
             if after_word(&source.code, name).any(|rest| rest.starts_with("::")) {
                 used.insert(*name);
                 assert!(
-                    source.path.starts_with(place),
+                    place.split('|').any(|place| source.path.starts_with(place)),
                     "{}: `{name}` belongs to {place}",
                     source.path
                 );

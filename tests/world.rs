@@ -133,9 +133,11 @@ fn every_problem_has_a_case() {
                 continue;
             }
             let text = std::fs::read_to_string(path).unwrap();
-            let codes = text
-                .split('"')
-                .filter(|s| ["world::", "urdf::", "mesh::"].iter().any(|room| s.starts_with(room)));
+            let codes = text.split('"').filter(|s| {
+                ["world::", "urdf::", "mesh::", "srdf::"]
+                    .iter()
+                    .any(|room| s.starts_with(room))
+            });
             written.extend(codes.map(str::to_string));
         }
     }
@@ -678,6 +680,10 @@ fn deep_nesting_is_a_problem_and_not_a_crash() {
     }
 }
 
+/// What the SRDFs of error pages speak of.
+const ONE_JOINT: &str = r#"<robot name="r"><link name="base"/><link name="upper_arm"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper_arm"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#;
+
 /// The first example of an error page gives the problem that the page tells of, and the second does not.
 #[test]
 fn the_examples_of_the_error_pages_are_true() {
@@ -686,7 +692,9 @@ fn the_examples_of_the_error_pages_are_true() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().to_string();
         let text = std::fs::read_to_string(&path).unwrap();
-        let is_ours = ["world-", "urdf-", "mesh-"].iter().any(|room| name.starts_with(room));
+        let is_ours = ["world-", "urdf-", "mesh-", "srdf-"]
+            .iter()
+            .any(|room| name.starts_with(room));
         if !is_ours || text.contains("```text") {
             continue;
         }
@@ -699,12 +707,14 @@ fn the_examples_of_the_error_pages_are_true() {
             assert_eq!(kind.ends_with(",wrong"), wrong, "{name}: `{kind}`");
             let file = match kind.trim_end_matches(",wrong") {
                 "xml" => "worlds/models/page.urdf",
+                "srdf" => "worlds/models/page.srdf",
                 "toml,model" => "worlds/models/page.toml",
                 _ => "worlds/page.toml",
             };
             let files = CaseFiles(BTreeMap::from(
                 [
                     ("worlds/models/page.toml", "urdf = \"page.urdf\"\n"),
+                    ("worlds/models/page.urdf", ONE_JOINT),
                     ("worlds/page.toml", "[robots.R]\nmodel = \"models/page.toml\"\n"),
                     (file, example),
                 ]

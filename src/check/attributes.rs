@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 
 use super::names::{Names, Question};
 use super::{Given, kinds::Kind, problems};
-use crate::diag::Problems;
+use crate::diag::{Problem, Problems};
 use crate::ir::{self, Base, EntityId, TypeId};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name};
@@ -99,9 +99,11 @@ impl Names {
         for (attribute, span) in domain.attributes.iter_mut().zip(&self.attribute_spans) {
             let entities_of = |ty: TypeId| domain.types.get(ty.index()).map_or(&[][..], |t| &t.entities);
             let sizes = attribute.arguments.iter().map(|a| entities_of(a.ty).len());
-            let n = sizes.fold(1, usize::saturating_mul);
+            let n_known = sizes.fold(1, usize::saturating_mul);
+            let n_views = attribute.believer.as_ref().map_or(1, |b| 1 + entities_of(b.ty).len());
+            let n = n_known.saturating_mul(n_views);
             n_values.push(n);
-            if attribute.arguments.is_empty() {
+            if attribute.arguments.is_empty() && attribute.believer.is_none() {
                 continue;
             }
             n_all = n_all.saturating_add(n.saturating_mul(entities_of(attribute.owner).len()));
@@ -124,6 +126,14 @@ impl Names {
                     }
                 }
                 step = step.saturating_mul(of_type.len() as u32);
+            }
+            if let Some(believer) = &mut attribute.believer {
+                believer.offsets = vec![None; domain.entities.len()];
+                for (i, agent) in entities_of(believer.ty).iter().enumerate() {
+                    if let Some(offset) = believer.offsets.get_mut(agent.index()) {
+                        *offset = Some(step.saturating_mul(1 + i as u32));
+                    }
+                }
             }
         }
         Some(n_values)
@@ -156,6 +166,9 @@ impl Names {
                 None => return,
             }
         }
+        let Ok(believer) = self.believer(attribute, problems) else {
+            return;
+        };
         let declared = ir::Attribute {
             name: name.text.clone(),
             owner,
@@ -164,6 +177,7 @@ impl Names {
             base,
             fact: None,
             arguments,
+            believer,
             slots: Vec::new(),
         };
         self.domain.attributes.push(declared);
@@ -193,6 +207,12 @@ impl Names {
         if let Some(old) = attribute.fact.as_deref().filter(|old| *old != fact) {
             let message = format!("`{name}` is read from fact `{old}` in the domain and from `{fact}` here");
             problems.push(problems::wrong_fact(message, span, "remove one of the two"));
+            return;
+        }
+        if attribute.believer.is_some() {
+            let message = format!("fact `{fact}` is the same for all, and `{name}` is per agent");
+            let problem = Problem::error("hatp::not-supported", message, span, "not yet");
+            problems.push(problem.help("set the attribute in effects, or declare a second one that is shared"));
             return;
         }
         if !attribute.arguments.is_empty() {

@@ -29,6 +29,10 @@ pub(super) struct Scope {
     pub next_quantified: u32,
     /// Frame size so far.
     pub n_vars: u32,
+    /// Within `B.believes(...)`: the agent, in whose view attributes are read that are `per agent`.
+    pub believer: Option<Expr>,
+    /// What has been read so, those first that others rest on.
+    pub believed: Vec<Expr>,
 }
 
 impl Scope {
@@ -49,6 +53,8 @@ impl Scope {
             later: Vec::new(),
             next_quantified: n,
             n_vars: n,
+            believer: None,
+            believed: Vec::new(),
         }
     }
 }
@@ -298,6 +304,8 @@ impl Walk<'_> {
         let constants = ["true", "false", "NULL"];
         if let Some(constant) = constants.iter().find(|c| c.eq_ignore_ascii_case(&name.text)) {
             problem = problem.help(format!("write `{constant}`"));
+        } else if name.text == "unknown" {
+            problem = problem.help("only what an agent believes can be so: `B.believes(A.attribute == unknown);`");
         } else if problem.help.is_none() {
             problem = problem.help(format!(
                 "declare the entity in `factdatabase`, `{} = new Agent;` with its type, or in the world file",
@@ -324,7 +332,7 @@ impl Walk<'_> {
                     kind,
                 }) => {
                     let base = Box::new(entity);
-                    (Expr::Attribute { base, attribute, args }, kind)
+                    (self.as_believed(base, attribute, args), kind)
                 }
                 None => {
                     // What is wrong in the arguments behind it is told all the same.
@@ -357,6 +365,10 @@ impl Walk<'_> {
 
     /// Returns the attribute of that name that something of kind `base` has.
     fn attribute_at(&mut self, base: Kind, span: Span, name: &Name) -> Option<AttributeId> {
+        if name.text == "believes" && self.names.is_no_attribute(&name.text) {
+            self.problems.push(problems::belief_apart(name));
+            return None;
+        }
         let ty = match base {
             Kind::Entity(ty) => ty,
             Kind::Unknown => return None,

@@ -7,7 +7,7 @@ use super::functions::Functions;
 use super::kinds::Kind;
 use super::methods::{constant, set_of, typed};
 use super::names::Names;
-use super::{Given, GivenLiteral, GivenValue, problems};
+use super::{Given, GivenLiteral, GivenValue, beliefs, problems};
 use crate::diag::{Problem, Problems};
 use crate::ir::{AttributeId, Base, EntityId, Expr, SlotId, Value};
 use crate::syntax::ast::{self, AssignOp, Assignment, ExprKind, Item, Name, Path, PathStep};
@@ -15,31 +15,45 @@ use crate::syntax::ast::{self, AssignOp, Assignment, ExprKind, Item, Name, Path,
 /// Fills `names.domain.initial`.
 pub(super) fn fill(items: &[&Item], given: &Given, names: &mut Names, functions: &Functions, problems: &mut Problems) {
     for item in items {
-        if let Item::Initial(assignment) = item {
-            let mut walk = Walk {
-                names,
-                functions,
-                problems,
-                scope: Scope::default(),
-                wanted: "number",
-            };
-            walk.initial(assignment, given);
+        if let Item::Initial(assignment) = item
+            && assignment.believer.is_none()
+        {
+            walk(names, functions, problems).initial(assignment, given);
         }
     }
     for value in &given.values {
         given_value(value, names, problems);
+    }
+    // What nobody is said to believe otherwise is known.
+    beliefs::of_truth(&mut names.domain);
+    for item in items {
+        if let Item::Initial(assignment) = item
+            && assignment.believer.is_some()
+        {
+            walk(names, functions, problems).initial(assignment, given);
+        }
+    }
+}
+
+fn walk<'a>(names: &'a mut Names, functions: &'a Functions, problems: &'a mut Problems) -> Walk<'a> {
+    Walk {
+        names,
+        functions,
+        problems,
+        scope: Scope::default(),
+        wanted: "number",
     }
 }
 
 impl Walk<'_> {
     fn initial(&mut self, assignment: &Assignment, given: &Given) {
         let n_before = self.problems.0.len();
-        let Some(place) = self.target(&assignment.target) else {
+        let Some(place) = self.told_place(assignment) else {
             self.single(&assignment.value);
             return;
         };
         let attribute = place.attribute;
-        let value = self.new_value(assignment, attribute, place.kind);
+        let value = self.told_value(assignment, attribute, place.kind);
         if self.problems.0.len() > n_before {
             return;
         }
@@ -188,15 +202,7 @@ fn given_arguments(
     problems: &mut Problems,
 ) -> Option<Vec<EntityId>> {
     let n_before = problems.0.len();
-    let functions = Functions::default();
-    let mut walk = Walk {
-        names,
-        functions: &functions,
-        problems,
-        scope: Scope::default(),
-        wanted: "number",
-    };
-    let args = walk.attribute_arguments(attribute, step)?;
+    let args = walk(names, &Functions::default(), problems).attribute_arguments(attribute, step)?;
     let entities = args.iter().map(|arg| match arg {
         Expr::Const(Value::Entity(entity)) => Some(*entity),
         _ => None,

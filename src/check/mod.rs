@@ -8,6 +8,7 @@
 //! `duration` lasts as long as its motions, else no time.
 
 mod attributes;
+mod beliefs;
 mod expr;
 mod facts;
 mod functions;
@@ -104,6 +105,7 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     facts::compile(&items, &mut names, &functions, &mut problems);
     settings::fill(&items, &mut names, &mut problems);
     social::fill(&items, &mut names, &functions, &mut problems);
+    beliefs::compile(&items, &mut names, &functions, &mut problems);
     initial::fill(&items, given, &mut names, &functions, &mut problems);
     for item in &items {
         match item {

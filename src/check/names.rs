@@ -283,7 +283,13 @@ impl Names {
     }
 
     /// As `signature`; `may_be_any` allows parameters of type `any`.
-    fn signature_with(&self, params: &[Param], span: Span, may_be_any: bool, problems: &mut Problems) -> Signature {
+    pub(super) fn signature_with(
+        &self,
+        params: &[Param],
+        span: Span,
+        may_be_any: bool,
+        problems: &mut Problems,
+    ) -> Signature {
         let mut seen: IndexMap<&str, Span> = IndexMap::new();
         let mut out = Vec::new();
         for param in params {
@@ -358,6 +364,10 @@ impl Names {
         }
         if let Some(first) = self.facts.get(&name.text).map(|q| q.signature.span) {
             problems.push(problems::duplicate("fact", &name.text, name.span, Some(first)));
+            return;
+        }
+        // No fact about the world, but who sees what: `beliefs` has it.
+        if name.text == super::beliefs::OBSERVES {
             return;
         }
         let signature = self.signature_with(&fact.params, name.span, true, problems);

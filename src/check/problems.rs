@@ -145,6 +145,23 @@ pub(super) fn wrong_attribute_arguments(step: &PathStep, wanted: &[String], decl
     .help(help)
 }
 
+/// `B.believes(...)` as a part of something.
+pub(super) fn belief_apart(name: &Name) -> Problem {
+    let message = "a belief is a test or an effect, and stands alone";
+    Problem::error("hatp::not-per-agent", message, name.span, "this is a part of something")
+        .help("write `B.believes(A.attribute == value);`")
+}
+
+/// `what` is what has no view of its own.
+pub(super) fn not_per_agent(what: &str, span: Span, declared: Option<Span>, name: Option<&str>) -> Problem {
+    let label = "the same for all agents";
+    let problem = Problem::error("hatp::not-per-agent", what, span, label);
+    let declaration = name.map_or("dynamic atom Table isOn per agent;".into(), |name| {
+        format!("... {name} per agent;")
+    });
+    noted(problem, declared, "declared here").help(format!("declare the attribute so: `{declaration}`"))
+}
+
 pub(super) fn static_assigned(owner: &str, name: &Name, declared: Span) -> Problem {
     let message = format!("`{owner}.{}` is static and can't change", name.text);
     Problem::error("hatp::static-assigned", message, name.span, "set here")

@@ -235,7 +235,7 @@ impl Walk<'_> {
     }
 
     fn assignment(&mut self, assignment: &ast::Assignment) -> Option<Effect> {
-        let target = self.target(&assignment.target);
+        let target = self.told_place(assignment);
         let Some(Place {
             entity,
             attribute,
@@ -260,7 +260,7 @@ impl Walk<'_> {
             let problem = problems::static_assigned(owner, name, span.unwrap_or(name.span));
             self.problems.push(problem);
         }
-        let value = self.new_value(assignment, attribute, kind);
+        let value = self.told_value(assignment, attribute, kind);
         Some(match assignment.op {
             AssignOp::Set => Effect::Assign {
                 entity,

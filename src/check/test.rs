@@ -23,7 +23,7 @@ impl Walk<'_> {
         }
     }
 
-    fn test(&mut self, test: &ast::Test) -> Test {
+    pub(super) fn test(&mut self, test: &ast::Test) -> Test {
         match &test.kind {
             TestKind::Or(blocks) => Test::Or(blocks.iter().map(|b| self.tests(b)).collect()),
             TestKind::Not(tests) => Test::Not(Box::new(self.tests(tests))),
@@ -39,6 +39,7 @@ impl Walk<'_> {
                 }
             }
             TestKind::Holds(expr) => Test::Holds(self.expect(expr, Kind::Bool)),
+            TestKind::Believes(agent, inner) => self.believes(agent, inner),
             TestKind::Compare { op, left, right } => self.compare(*op, left, right),
         }
     }

@@ -75,9 +75,9 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
   sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
-  sgap plan tests/hddl/transport.hddl tests/hddl/transport_1.hddl --format ipc
+  sgap plan domains/transport.hddl domains/transport_1.hddl --format ipc
   sgap plan domains/clear_table.hatp --task 'Wipe(PR2, TABLE); ClearTable(TABLE) > 1'
-  sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 7")]
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 3")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact
     #[command(after_help = "Examples:
@@ -119,7 +119,7 @@ enum Command {
     ///
     /// `sgap plan` takes the pair as well, without this step.
     #[command(after_help = "Examples:
-  sgap import tests/hddl/transport.hddl tests/hddl/transport_1.hddl -o transport.hatp
+  sgap import domains/transport.hddl domains/transport_1.hddl -o transport.hatp
   sgap plan transport.hatp --task 'Problem()'")]
     Import(import::Options),
     /// Print every geometric fact of a world's start state

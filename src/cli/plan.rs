@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::output::{Failure, check_place, deliver, say};
 use super::problems::Form;
@@ -13,7 +13,7 @@ use super::progress::Progress;
 use super::repair::RepairOptions;
 use super::trace;
 use super::{Inputs, Ready, code};
-use sgap::engine::{self, Aim, Cuts, Ending, Kept, Observer};
+use sgap::engine::{self, Aim, Branching, Cuts, Ending, Kept, Observer, Strategy};
 use sgap::grp;
 use sgap::hddl;
 use sgap::plan::Plan;
@@ -46,9 +46,13 @@ pub(super) struct Options {
 /// The search's settings, for every command that plans.
 #[derive(Debug, Args)]
 pub(super) struct SearchOptions {
-    /// Geometric alternatives tried per action, the first included
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
-    branching: u32,
+    /// Geometric alternatives tried per action, the first included; or `adaptive`: more for actions whose alternatives lead
+    /// further
+    #[arg(long, value_name = "N", default_value = "3", value_parser = branching)]
+    branching: Branching,
+    /// In which order choices are tried; all but `depth-first` begin again until nothing is left out
+    #[arg(long, value_enum, default_value_t = Order::DepthFirst)]
+    strategy: Order,
     /// Go on to the cheapest plan; each better one is announced as it comes
     #[arg(long)]
     best: bool,
@@ -82,6 +86,35 @@ pub(super) struct SearchOptions {
     stats: bool,
 }
 
+/// In which order choices are tried.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Order {
+    /// The order of the files, to the end
+    DepthFirst,
+    /// First what takes another option than the first at few choices
+    LimitedDiscrepancy,
+    /// Again and again, in orders drawn from the seed
+    Restarts,
+}
+
+impl Order {
+    fn with(self, seed: u64) -> Strategy {
+        match self {
+            Order::DepthFirst => Strategy::DepthFirst,
+            Order::LimitedDiscrepancy => Strategy::LimitedDiscrepancy,
+            Order::Restarts => Strategy::Restarts { seed },
+        }
+    }
+}
+
+fn branching(text: &str) -> Result<Branching, String> {
+    match (text, text.parse()) {
+        ("adaptive", _) => Ok(Branching::Adaptive),
+        (_, Ok(n)) if n > 0 => Ok(Branching::Fixed(n)),
+        _ => Err("write a number from 1 on, or `adaptive`".into()),
+    }
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|s: &f64| (0.0..=LONGEST).contains(s));
     let duration = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
@@ -95,11 +128,12 @@ impl SearchOptions {
     /// Returns what the library is asked for.
     fn settings<'a>(&self) -> sgap::Options<'a> {
         let mut options = sgap::Options::default()
-            .branching(self.branching)
             .seed(self.seed)
             .placements(self.placements)
             .max_expansions(self.max_expansions)
             .max_depth(self.max_depth);
+        options.search.branching = self.branching;
+        options.search.strategy = self.strategy.with(self.seed);
         options.search.aim = match self.all {
             Some(n) => Aim::All(n),
             None if self.best => Aim::Best,
@@ -141,7 +175,8 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
         let text = texts.ok_or_else(not_whole)?.join("\n");
-        return deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()));
+        deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
+        return is_traced;
     }
     let delivered = deliver(options.output.as_deref(), &mut |out| match (
         options.json,
@@ -209,6 +244,7 @@ fn search_all(
     };
     let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
     let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    let is_traced = observer.is_some();
     settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
@@ -227,6 +263,9 @@ fn search_all(
     }
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
+        if !is_traced && answer.statistics.expansions > 1 {
+            say(TRACE_HINT);
+        }
         return Err(Failure::Code(match answer.ending {
             Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
             Ending::ExhaustedTruncated(_) => code::NO_PLAN_TRUNCATED,
@@ -243,6 +282,8 @@ fn search_all(
     }
     Ok(answer.plans)
 }
+
+const TRACE_HINT: &str = "\n--trace FILE writes the whole search; `sgap trace FILE` shows where it failed\n";
 
 /// Returns why there is no plan.
 fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {
@@ -321,13 +362,17 @@ fn gap(ending: Ending, cost: f64, least: f64) -> String {
 
 fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time: Duration) -> String {
     let mut text = format!(
-        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} plans\n",
+        "search      {:.3} s, {} expansions, {} backtracks, {} repeated, {} dead ends, {} plans\n",
         time.as_secs_f64(),
         engine.expansions,
         engine.backtracks,
         engine.repeated,
+        engine.dead_ends,
         engine.plans,
     );
+    if engine.rounds > 1 {
+        text += &format!("rounds      {}{}\n", engine.rounds, text::fall_back(engine));
+    }
     if let Some(geometry) = geometry {
         text += &format!(
             "projection  {} actions computed, {} alternatives, {} candidates\n\

@@ -4,9 +4,9 @@ use super::ground;
 use super::objective::Touched;
 use super::observe::Event;
 use super::outcome::{Node, Step};
-use super::reasoner::{Call, GasNum, GasRef, Projection};
+use super::reasoner::{Call, GasNum, Projection};
 use super::refusals::Kind;
-use super::search::{Choice, Flow, Point, Search};
+use super::search::{Flow, Point, Search};
 use crate::ir::{ActionId, TaskId, Value};
 use crate::plan::Refusal;
 
@@ -31,10 +31,7 @@ impl Search<'_> {
                 Some(value) if value != Value::Null => args.push(value),
                 _ => {
                     return self.refuse(Kind::NullArgument, node, &[position as u64], |search| {
-                        Refusal::NullArgument {
-                            task: search.show(node),
-                            position,
-                        }
+                        search.null_argument(node, search.show(node), position, arg)
                     });
                 }
             }
@@ -63,8 +60,8 @@ impl Search<'_> {
         self.statistics.projections += 1;
         match self.context.reasoner.project(domain, &call) {
             Ok(solution) => {
-                let limit = action.alternatives.unwrap_or(self.settings.branching);
-                self.push_alternatives(point, node, solution, limit);
+                let limit = self.limit(id);
+                self.push_alternatives(point, node, solution, limit, 0);
                 self.apply_action(node, Some((point, solution)))
             }
             Err(refusal) => self.refuse_geometry(node, refusal),
@@ -72,14 +69,22 @@ impl Search<'_> {
     }
 
     /// Asks for another geometric solution of an action, and applies it.
-    pub fn try_alternative(&mut self, point: Point, node: u32, gas: GasNum, tried: u32, limit: u32) -> Flow {
+    pub fn try_alternative(
+        &mut self,
+        point: Point,
+        node: u32,
+        gas: GasNum,
+        tried: u32,
+        limit: u32,
+        best: usize,
+    ) -> Flow {
         self.statistics.projections += 1;
         self.statistics.alternatives += 1;
         self.read_before(node);
         self.tell(|_| Event::Alternative { node, tried });
         match self.context.reasoner.find_alternative(gas, tried) {
             Ok(projection) => {
-                self.push_alternatives(point, node, projection, limit);
+                self.push_alternatives(point, node, projection, limit, best);
                 self.apply_action(node, Some((point, projection)))
             }
             Err(refusal) => self.refuse_geometry(node, refusal),
@@ -121,23 +126,6 @@ impl Search<'_> {
             ground::formula(&mut self.context, &action.constraints, values);
         }
         self.tree.values.truncate(frame + action.params.len());
-    }
-
-    fn push_alternatives(&mut self, point: Point, node: u32, projection: Projection, limit: u32) {
-        let GasRef { gas, alternative } = projection.gas;
-        let tried = alternative + 1;
-        if tried < limit {
-            let choice = Choice::Alternative {
-                node,
-                gas,
-                tried,
-                limit,
-            };
-            self.choices.push((point, choice));
-        } else {
-            // HEURISTIC: counted as cut short even if geometry has no further solution: only asking would tell.
-            self.truncated.alternatives += 1;
-        }
     }
 
     /// Applies the effects; after a projection all shared attributes are read anew from geometry (thesis 4.3.5).
@@ -182,6 +170,8 @@ impl Search<'_> {
                 self.context.state.forget(*slot);
             }
         }
+        let args = &self.tree.values[frame..];
+        self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
         self.steps.push(Step {

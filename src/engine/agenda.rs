@@ -171,6 +171,21 @@ impl Agenda {
         None
     }
 
+    /// Returns the subtasks of a cell that have not been begun, as bits; `None` where there are too many for that.
+    pub fn left(&self, prepared: &Prepared, cell: u32) -> Option<u64> {
+        let cell = &self.cells[cell as usize];
+        let order = prepared.order(cell.order);
+        if order.n_subtasks > 64 {
+            return None;
+        }
+        let all = u64::MAX.checked_shr(64 - order.n_subtasks as u32).unwrap_or(0);
+        let begun = match &order.chain {
+            Some(chain) if !self.interleave => chain.iter().take(cell.begun as usize).fold(0, |all, i| all | 1 << i),
+            _ => cell.begun,
+        };
+        Some(all & !begun)
+    }
+
     /// Takes up a subtask. Cells below `guard` belong to a choice point and are kept as they are.
     pub fn begin(&mut self, prepared: &Prepared, cell: u32, subtask: u32, guard: u32) {
         let Cell { node, order, .. } = self.cells[cell as usize];

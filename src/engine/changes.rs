@@ -40,6 +40,7 @@ pub(super) fn changes(
             }
             writes.extend_from_slice(shared);
         }
+        context.learn(action, args, &mut writes);
         writes.sort_unstable();
         writes.dedup();
         for slot in &writes {

@@ -26,13 +26,13 @@ impl Search<'_> {
             NONE => None,
             parent => Some((parent, &self.tree.nodes[parent as usize])).filter(|(_, p)| p.at == at),
         };
-        let (streak, anchor) = match above {
-            None => (0, NONE),
-            Some((parent, p)) if p.streak >= NEAR && p.streak.is_power_of_two() => (p.streak + 1, parent),
-            Some((_, p)) => (p.streak + 1, p.anchor),
+        let (streak, anchor, returns) = match above {
+            None => (0, NONE, 0),
+            Some((parent, p)) if p.streak >= NEAR && p.streak.is_power_of_two() => (p.streak + 1, parent, p.returns),
+            Some((_, p)) => (p.streak + 1, p.anchor, p.returns),
         };
         let new = &mut self.tree.nodes[node as usize];
-        (new.streak, new.anchor) = (streak, anchor);
+        (new.streak, new.anchor, new.returns) = (streak, anchor, returns);
     }
 
     /// Refuses a method that is above itself in the same state.
@@ -44,6 +44,10 @@ impl Search<'_> {
         let (outer, inner) = (&self.tree.nodes[above as usize], &self.tree.nodes[node as usize]);
         // INVARIANT: what was to be done after the outer task is in cells that stay as they are until it ends.
         if self.settings.interleave || outer.head != inner.head {
+            if inner.returns < self.round.returns {
+                self.tree.nodes[node as usize].returns += 1;
+                return None;
+            }
             self.truncated.cycles += 1;
         }
         self.memo.came_back_to(above);

@@ -117,7 +117,8 @@ fn list_agents(domain: &Domain, action: ActionId, args: &[Value], agents: &mut V
         match &args[*position] {
             Value::Entity(e) => add(*e),
             Value::Set(set) => set.iter().for_each(&mut add),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => {}
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+            }
         }
     }
 }

@@ -425,7 +425,7 @@ impl Context<'_> {
         let entity = self.entity(entity, frame)?;
         let attribute = &self.domain.attributes[attribute.index()];
         let mut slot = attribute.slots[entity.index()]?;
-        for (argument, arg) in attribute.arguments.iter().zip(args) {
+        for (argument, arg) in attribute.arguments.iter().chain(&attribute.believer).zip(args) {
             slot.0 += argument.offsets[self.entity(arg, frame)?.index()]?;
         }
         Some(slot)
@@ -478,7 +478,7 @@ fn see_path<'v>(
     let Some(mut slot) = attribute.slots[entity.index()] else {
         return Seen::Nowhere;
     };
-    for (argument, arg) in attribute.arguments.iter().zip(args) {
+    for (argument, arg) in attribute.arguments.iter().chain(&attribute.believer).zip(args) {
         let arg = match see(domain, state, reads, arg, frame) {
             Seen::Here(arg) => arg,
             other => return other,

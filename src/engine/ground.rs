@@ -303,6 +303,7 @@ mod tests {
             base,
             fact: None,
             arguments: Vec::new(),
+            believer: None,
             slots: vec![Some(SlotId(slot)), None, None],
         };
         let mut limits = crate::ir::ScalarSet::default();

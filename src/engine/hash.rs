@@ -36,6 +36,8 @@ impl Print {
     pub fn value(self, value: &Value) -> Print {
         match value {
             Value::Null => self.number(0),
+            // What no other value begins with: entities are 4 modulo 8.
+            Value::Unknown => self.number(6),
             Value::Bool(b) => self.number(1).number(u64::from(*b)),
             // -0 is 0.
             Value::Number(x) => self.number(2).number((x + 0.0).to_bits()),

@@ -65,6 +65,8 @@ impl Search<'_> {
         if kept.is_empty() {
             return None;
         }
+        // Those who listen to the search have nothing of a trial under no task.
+        let observer = self.observer.take();
         let start = self.point();
         let mut impossible = None;
         for (i, next) in kept.iter().enumerate() {
@@ -82,6 +84,7 @@ impl Search<'_> {
                 head: NONE,
                 streak: 0,
                 anchor: NONE,
+                returns: 0,
             });
             self.context.reads.clear();
             if self.try_action(node, next.action) == Flow::Back {
@@ -90,6 +93,7 @@ impl Search<'_> {
             }
         }
         self.go_back(&start);
+        self.observer = observer;
         impossible
     }
 }

@@ -8,6 +8,9 @@
 //! - for the best plan, the branches beneath were left at some cost up to there: it is kept with that cost, and counts for
 //!   those that have cost as much;
 //! - with plans beneath, it is no failure when all plans are wanted;
+//! - in the fall-back (`rounds`), it counts for branches in which tasks have come back to themselves as often, and is
+//!   forgotten when the round ends. The rest of the agenda may have been let less often where it was met: then its plan
+//!   comes in a later round, of twice as many returns at most.
 //! - where the best plan's cost is more than a sum (`objective`), what the actions to come cost depends on those before:
 //!   nothing is kept, and only circles are left.
 //!
@@ -27,8 +30,8 @@ use crate::ir::Value;
 enum Known {
     /// Its search is on the way: the first node that is beneath it.
     Open(u32),
-    /// It has no plan, or none that is better when so much was spent before.
-    Failed(f64),
+    /// It has no plan, or none that is better when so much was spent before, and tasks had come back to themselves so often.
+    Failed { cost: f64, returns: u32 },
 }
 
 /// A search on its way.
@@ -38,7 +41,9 @@ struct Watch {
     /// The first node that is beneath it.
     first: u32,
     cost: f64,
+    returns: u32,
     truncated: Truncated,
+    left_out: u64,
     plans: u64,
 }
 
@@ -152,6 +157,8 @@ impl Search<'_> {
             return true;
         }
         let Some(key) = self.key(node) else { return true };
+        let above = node.unwrap_or_else(|| self.agenda.cell(self.agenda.head).node);
+        let returns = self.tree.nodes[above as usize].returns;
         match self.memo.known.get(&key) {
             Some(Known::Open(above)) => {
                 let above = *above;
@@ -165,12 +172,12 @@ impl Search<'_> {
                 self.tell_repeated(node);
                 return false;
             }
-            Some(Known::Failed(cost)) if self.cost >= *cost => {
+            Some(Known::Failed { cost, returns: then }) if self.cost >= *cost && returns >= *then => {
                 self.statistics.repeated += 1;
                 self.tell_repeated(node);
                 return false;
             }
-            Some(Known::Failed(_)) => {}
+            Some(Known::Failed { .. }) => {}
             None if self.memo.known.len() >= MAX_KNOWN => return true,
             None => {}
         }
@@ -179,11 +186,22 @@ impl Search<'_> {
             key,
             first,
             cost: self.cost,
+            returns,
             truncated: self.truncated,
+            left_out: self.left_out,
             plans: self.n_derivations,
         });
         self.choices.push((*point, Choice::Watch));
         true
+    }
+
+    /// Forgets the searches that are still on their way, when a round ends before they do.
+    pub fn forget_open(&mut self) {
+        for watch in self.memo.watches.drain(..) {
+            self.memo.known.remove(&watch.key);
+        }
+        self.memo.highest = NONE;
+        self.memo.anchor = None;
     }
 
     /// Ends the innermost search that is watched: every choice beneath it was tried.
@@ -193,6 +211,7 @@ impl Search<'_> {
             cycles: self.truncated.cycles,
             ..watch.truncated
         };
+        let is_same = self.truncated == cut && self.left_out == watch.left_out;
         // What came back to something of this search's own would do so anywhere.
         let is_whole = self.memo.highest >= watch.first;
         if is_whole {
@@ -203,12 +222,13 @@ impl Search<'_> {
             Aim::All(_) => watch.plans == self.n_derivations,
         };
         // Of what else the cost of the actions to come depends on, the key knows nothing.
-        if is_whole && has_failed && self.truncated == cut && self.objective.is_none() {
+        if is_whole && has_failed && is_same && self.objective.is_none() {
             let cost = match self.settings.aim {
                 Aim::Best => watch.cost,
                 Aim::First | Aim::All(_) => f64::NEG_INFINITY,
             };
-            self.memo.known.insert(watch.key, Known::Failed(cost));
+            let returns = watch.returns;
+            self.memo.known.insert(watch.key, Known::Failed { cost, returns });
         } else {
             self.memo.known.remove(&watch.key);
         }

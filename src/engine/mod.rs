@@ -6,18 +6,23 @@
 
 mod act;
 mod agenda;
+mod beliefs;
 mod bound;
+mod branching;
 mod changes;
 mod cycle;
 mod document;
+mod effects;
 mod eval;
 mod explain;
 mod ground;
 mod hash;
 mod kept;
 mod links;
+mod look_ahead;
 mod memo;
 mod names;
+mod needs;
 mod objective;
 mod observe;
 mod order;
@@ -27,14 +32,18 @@ mod reasoner;
 mod record;
 mod reduction;
 mod refusals;
+mod rounds;
 mod search;
 mod sets;
+mod shuffle;
 mod state;
 mod take_up;
 
 pub use document::document;
 pub use kept::Kept;
 pub use observe::{Event, Observer};
-pub use outcome::{Aim, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Truncated};
+pub use outcome::{
+    Aim, Branching, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
+};
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
 pub use search::{Hooks, repair, solve};

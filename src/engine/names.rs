@@ -54,7 +54,7 @@ impl<'a> Names<'a> {
                 let text = self.numbers.entry(x.to_bits());
                 text.or_insert_with(|| self.domain.show(value).into()).clone()
             }
-            Value::Null | Value::Bool(_) | Value::String(_) | Value::Set(_) | Value::Scalars(_) => {
+            Value::Null | Value::Bool(_) | Value::String(_) | Value::Set(_) | Value::Scalars(_) | Value::Unknown => {
                 self.domain.show(value).into()
             }
         }

@@ -61,7 +61,7 @@ pub enum Event<'a> {
     },
     /// A branch ends at this task: the same state with the same tasks to do is known to fail, or is on its own path.
     Repeated { node: u32 },
-    /// A choice is taken back: its next option is tried. Tasks from number `kept` on are undone.
+    /// A choice is taken back: its next option is tried; or all is, and the search begins again (`round`). Tasks from number `kept` on are undone.
     WentBack {
         node: u32,
         choice: &'static str,
@@ -77,9 +77,9 @@ pub enum Event<'a> {
 impl Choice {
     fn kind(&self) -> &'static str {
         match self {
-            Choice::Decomposition { .. } => "decomposition",
+            Choice::Decomposition { .. } | Choice::Decompositions { .. } => "decomposition",
             Choice::Binding { .. } | Choice::Sorted { .. } => "binding",
-            Choice::Order { .. } => "order",
+            Choice::Order { .. } | Choice::Orders { .. } => "order",
             Choice::Alternative { .. } => "alternative",
             Choice::Watch => "watch",
         }
@@ -150,10 +150,12 @@ impl Search<'_> {
         let kind = choice.kind();
         let node = match choice {
             Choice::Decomposition { node, .. }
+            | Choice::Decompositions { node, .. }
             | Choice::Binding { node, .. }
             | Choice::Sorted { node, .. }
             | Choice::Alternative { node, .. } => *node,
             Choice::Order { cell, .. } => self.agenda.cell(*cell).node,
+            Choice::Orders { left } => left.last().map_or(0, |(cell, _)| self.agenda.cell(*cell).node),
             Choice::Watch => return,
         };
         self.tell(|search| Event::WentBack {

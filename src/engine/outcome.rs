@@ -10,11 +10,31 @@ pub struct Settings {
     pub aim: Aim,
     /// Geometric alternatives tried per projected action, the first included, unless the action says otherwise
     /// (thesis 4.3.4: branching factor).
-    pub branching: u32,
+    pub branching: Branching,
+    pub strategy: Strategy,
     /// Subtasks with no order between them may mix step by step; else each is done as one block.
     pub interleave: bool,
     pub cuts: Cuts,
     pub budget: Budget,
+}
+
+/// How many geometric alternatives of an action are tried, the first included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Branching {
+    Fixed(u32),
+    /// A number for each action's name, which grows where alternatives have paid (see `branching`).
+    Adaptive,
+}
+
+/// In which order branches are tried. All end with the same verdict where they come to their end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strategy {
+    /// The order of the files, to the end.
+    DepthFirst,
+    /// First the branches that take the first option nearly everywhere (see `rounds`).
+    LimitedDiscrepancy,
+    /// Begins again and again, with orders drawn anew from this seed.
+    Restarts { seed: u64 },
 }
 
 /// Which plans are wanted.
@@ -87,6 +107,12 @@ pub struct Statistics {
     pub backtracks: u64,
     /// Branches left because the same state with the same tasks to do is known to fail, or is on its own path.
     pub repeated: u64,
+    /// Branches left because a task that is still to be done can't be done any more.
+    pub dead_ends: u64,
+    /// Searches begun: one, unless a strategy or the fall-back begins again.
+    pub rounds: u64,
+    /// In the fall-back, how often a task was let come back to itself; 0 if it was not needed.
+    pub returns: u32,
     pub plans: u64,
 }
 
@@ -139,6 +165,8 @@ pub(super) struct Node {
     /// How many of the nodes right above it were taken up since the last action, and an older one to compare with.
     pub streak: u32,
     pub anchor: u32,
+    /// How many of those are tasks that came back to themselves and were let.
+    pub returns: u32,
 }
 
 impl Tree {

@@ -263,7 +263,8 @@ fn places(domain: &Domain, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec
         match &domain.initial[slot.index()] {
             Value::Entity(value) => places[value.index()].push(at as u32),
             Value::Set(members) => members.iter().for_each(|e| places[e.index()].push(at as u32)),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => {}
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+            }
         }
     }
     Some(places)

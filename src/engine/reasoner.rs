@@ -89,13 +89,35 @@ pub struct Mark(pub usize);
 
 /// Projects actions onto geometry and answers facts about the world state that they lead to.
 ///
-/// The world state follows the same stack discipline as the engine's: `restore` goes back to a mark and forgets all later ones.
+/// **The contract.** A reasoner has a current world state, and the states that led to it. Three calls change it, and nothing
+/// else may:
+/// - [`Reasoner::project`] and [`Reasoner::find_alternative`] go on to a new world state if they answer `Ok`, and leave the
+///   current one as it is if they answer `Err`;
+/// - [`Reasoner::restore`] goes back to a mark. Marks are a stack: all later ones are forgotten, and the same mark may be gone
+///   back to again and again. A mark is of the world state at [`Reasoner::save`]; it is made before the action that is to be
+///   undone. How many states there are is enough of a mark where states are kept in a list (`docs/examples/own_reasoner.rs`);
+/// - [`Reasoner::rewind`] and [`Reasoner::replay`] make a known way through solutions once more, to read what the facts were
+///   between them.
+///
+/// What was *found* outlives going back: a [`GasNum`] means the same action in the same world state for the whole search.
+/// Answers depend on the current world state, the question and nothing else, or the same search would not give the same plan
+/// twice. Between the call and its answer the engine waits; whoever computes long looks at a stop flag of its own.
 pub trait Reasoner {
-    /// Starts a geometric action in the current world state and applies its first solution.
+    /// Starts a geometric action in the current world state and applies its first solution. Starting the same one in the same
+    /// state again may give the same number again, or a new one.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no solution. `exhausted` says whether there is none at all: else a search without a plan says that choices
+    /// were left untried.
     fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal>;
 
     /// Applies the solution after the `tried` first ones of a geometric action that was started in the current world state
     /// (thesis 3.3.4.3, FindAlternative). Never a solution given before.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Reasoner::project`]: there is no further one.
     fn find_alternative(&mut self, gas: GasNum, tried: u32) -> Result<Projection, ActionRefusal>;
 
     /// Applies a solution that is known from an earlier plan document, without looking for it: its motions as they are. The
@@ -126,7 +148,7 @@ pub trait Reasoner {
     /// `None` where there is no answer (an entity without a place in the world): the test that asks is then false.
     fn request(&mut self, domain: &Domain, request: &Request<'_>) -> Option<Value>;
 
-    /// Returns a number that no other world state has, or `None` where there is none such: failures in states that geometry
+    /// Returns a number of the current world state that no other one has, the same one whenever that state comes again, or `None` where there is none such: failures in states that geometry
     /// has changed are then not remembered.
     fn state_key(&mut self) -> Option<u128> {
         None
@@ -141,7 +163,7 @@ pub trait Reasoner {
     /// Makes the start state the current one again, without forgetting marks; for [`Reasoner::replay`].
     fn rewind(&mut self);
 
-    /// Applies a known solution to the current world state, which must be the one it was found in.
+    /// Applies a known solution to the current world state, which is like the one that it was found in.
     fn replay(&mut self, gas: GasRef);
 }
 

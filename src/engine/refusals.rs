@@ -19,6 +19,9 @@ pub(super) struct Reasons {
     deepest: Vec<(ActionId, Box<[Value]>)>,
     /// How many of its steps are also the first ones of the branch at hand.
     common: usize,
+    /// The reason of the last refusal, since the search went back last; and that of the longest branch.
+    last: Option<usize>,
+    stuck: Option<usize>,
 }
 
 /// HEURISTIC: refusals told apart; those after them are counted without words.
@@ -28,7 +31,10 @@ impl Reasons {
     /// Counts a refusal again, if it was met before.
     fn is_known(&mut self, print: Print) -> bool {
         match self.known.get(&print.key()) {
-            Some(number) => self.why.add_again(*number),
+            Some(number) => {
+                self.last = *number;
+                self.why.add_again(*number);
+            }
             None if self.known.len() >= MAX_KNOWN => self.why.add_again(None),
             None => return false,
         }
@@ -37,24 +43,31 @@ impl Reasons {
 
     fn add(&mut self, print: Print, refusal: &Refusal) {
         let number = self.why.add(refusal);
+        self.last = number;
         self.known.insert(print.key(), number);
     }
 
     /// Counts a refusal of geometry, which says something new each time.
     pub fn add_geometry(&mut self, refusal: &Refusal) {
-        self.why.add(refusal);
+        self.last = self.why.add(refusal);
     }
 
     /// Notes that only the first `n` steps of the branch are left.
     pub fn shortened(&mut self, n: usize) {
         self.common = self.common.min(n);
+        self.last = None;
     }
 
     /// Remembers the branch at hand if none was longer. Called where a branch ends.
     pub fn note_deepest(&mut self, domain: &Domain, steps: &[Step], tree: &Tree) {
         if steps.len() <= self.deepest.len() {
+            // Of a search without any action, what failed first.
+            if self.deepest.is_empty() {
+                self.stuck = self.stuck.or(self.last);
+            }
             return;
         }
+        self.stuck = self.last;
         self.deepest.truncate(self.common);
         for step in &steps[self.common..] {
             self.deepest
@@ -70,6 +83,7 @@ impl Reasons {
             format!("{}({})", domain.actions[action.index()].name, args.join(", "))
         };
         self.why.deepest = self.deepest.iter().map(show).collect();
+        self.why.stuck = self.stuck.and_then(|n| self.why.sentence(n)).map(str::to_owned);
         self.why
     }
 }
@@ -84,6 +98,7 @@ pub(super) enum Kind {
     TooCostly,
     TooDeep,
     Cycle,
+    LookAhead,
     NotKept,
 }
 
@@ -93,6 +108,20 @@ impl Search<'_> {
     pub fn refuse(&mut self, kind: Kind, node: u32, more: &[u64], words: impl FnOnce(&Self) -> Refusal) -> Flow {
         let of = if node == NONE { self.last_node() } else { node };
         self.refuse_in(of, kind, node, more, words)
+    }
+
+    /// As [`Search::refuse`], with words that take questions to the state.
+    pub fn refuse_asking(
+        &mut self,
+        kind: Kind,
+        node: u32,
+        more: &[u64],
+        words: impl FnOnce(&mut Self) -> Refusal,
+    ) -> Flow {
+        let print = self.print_of_task(Print::of(kind as u64), node);
+        let print = more.iter().fold(print, |print, x| print.number(*x));
+        self.count(node, print, words);
+        Flow::Back
     }
 
     /// As [`Search::refuse`], where the branch ends at the task `of`.

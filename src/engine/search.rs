@@ -12,10 +12,15 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rand_chacha::ChaCha8Rng;
+
 use super::agenda::{Agenda, AgendaMark};
 use super::bound::{self, Bounds};
+use super::branching::{Factors, Reached};
+use super::effects::Changes;
 use super::eval::{Context, defined_fact};
 use super::kept::Kept;
+use super::look_ahead::{LookAhead, Looks};
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
 use super::observe::{Event, Observer};
@@ -24,6 +29,8 @@ use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
 use super::record::Recorder;
 use super::refusals::{Kind, Reasons};
+use super::rounds::{Ended, Round, Rounds};
+use super::shuffle::stream;
 use super::state::{State, TrailMark};
 use crate::ir::{Domain, Goal, SlotId, Value};
 use crate::plan::Refusal;
@@ -42,6 +49,8 @@ pub(super) struct Point {
     cost: f64,
     /// The least cost of what is still to be done.
     rest: u64,
+    /// How many choices of the branch have taken another option than their first.
+    discrepancies: u32,
 }
 
 #[derive(Debug)]
@@ -50,16 +59,21 @@ pub(super) enum Choice {
     Decomposition { node: u32, next: u32 },
     /// Values of a SELECT of a node: entities of its type from position `next` on, which is one that passes.
     Binding { node: u32, binder: u32, next: u32 },
+    /// Decompositions of a method, the last one first.
+    Decompositions { node: u32, left: Vec<u32> },
     /// Values of a SELECT in an order of its own, the last one first.
     Sorted { node: u32, binder: u32, left: Vec<Value> },
     /// Which of the ready subtasks comes next, from this one on.
     Order { cell: u32, subtask: u32 },
+    /// Which of these ready subtasks comes next, each with its cell, the last one first.
+    Orders { left: Vec<(u32, u32)> },
     /// Further geometric solutions of an action.
     Alternative {
         node: u32,
         gas: GasNum,
         tried: u32,
         limit: u32,
+        reached: Reached,
     },
     /// No choice: below it, all that was tried from a state with tasks to do (`memo`).
     Watch,
@@ -122,7 +136,7 @@ pub fn repair(
     let Hooks {
         stop,
         on_plan,
-        observer,
+        mut observer,
     } = hooks;
     let shared: Vec<SlotId> = (0..domain.slots.len())
         .map(|i| SlotId(i as u32))
@@ -138,70 +152,135 @@ pub fn repair(
             })
         })
         .collect();
-    let mut state = State::new(domain, &shared);
+    let (prepared, bounds) = (Prepared::new(domain), Bounds::new(domain));
+    let look_ahead = LookAhead::new(domain, &Changes::new(domain));
     let start_world = reasoner.save();
-    let mut context = Context::new(domain, &mut state, reasoner);
-    let objective = (settings.aim == Aim::Best && domain.has_objective()).then(|| {
-        let sight = match shared.is_empty() {
-            true => Sight::Whole,
-            false => Sight::WithoutShared,
+    let mut rounds = Rounds::new(settings);
+    let mut carried = Carried::default();
+    let mut impossible = None;
+    // What the searches before the fall-back say is what a user can make use of.
+    let mut first_reasons = None;
+    loop {
+        let round = rounds.round;
+        carried.statistics.rounds = rounds.number();
+        carried.statistics.returns = round.returns;
+        if round.is_fall_back() {
+            first_reasons.get_or_insert_with(|| std::mem::take(&mut carried.reasons));
+            // The failures known were met with tasks not let come back.
+            carried.memo = Memo::default();
+            carried.cycles = 0;
+        }
+        let mut state = State::new(domain, &shared);
+        let mut context = Context::new(domain, &mut state, reasoner);
+        let objective = (settings.aim == Aim::Best && domain.has_objective()).then(|| {
+            let sight = match shared.is_empty() {
+                true => Sight::Whole,
+                false => Sight::WithoutShared,
+            };
+            Box::new(Objective::new(&mut context, sight))
+        });
+        let mut search = Search {
+            context,
+            settings,
+            kept,
+            shared: &shared,
+            prepared: &prepared,
+            bounds: &bounds,
+            look_ahead: &look_ahead,
+            looks: Looks::default(),
+            factors: Factors::new(domain.actions.len()),
+            agenda: Agenda::new(settings.interleave),
+            tree: Tree::default(),
+            steps: Vec::new(),
+            slots: Vec::new(),
+            news: Vec::new(),
+            choices: Vec::new(),
+            cost: 0.0,
+            rest: 0,
+            discrepancies: 0,
+            left_out: 0,
+            objective,
+            round,
+            random: stream(round.shuffle),
+            memo: carried.memo,
+            recorder: carried.recorder,
+            n_derivations: carried.n_derivations,
+            begin: carried.statistics.backtracks,
+            statistics: carried.statistics,
+            truncated: Truncated {
+                cycles: carried.cycles,
+                ..Truncated::default()
+            },
+            reasons: carried.reasons,
+            budget_spent: false,
+            written: Vec::new(),
+            observer: observer.as_deref_mut().map(|o| o as &mut dyn Observer),
         };
-        Box::new(Objective::new(&mut context, sight))
-    });
-    let mut search = Search {
-        context,
-        settings,
-        kept,
-        shared: &shared,
-        prepared: &Prepared::new(domain),
-        bounds: &Bounds::new(domain),
-        agenda: Agenda::new(settings.interleave),
-        tree: Tree::default(),
-        steps: Vec::new(),
-        slots: Vec::new(),
-        news: Vec::new(),
-        choices: Vec::new(),
-        cost: 0.0,
-        rest: 0,
-        objective,
-        memo: Memo::default(),
-        recorder: Recorder::default(),
-        n_derivations: 0,
-        statistics: Statistics::default(),
-        truncated: Truncated::default(),
-        reasons: Reasons::default(),
-        budget_spent: false,
-        written: Vec::new(),
-        observer: observer.map(|o| o as &mut dyn Observer),
-    };
-    let impossible = search.first_impossible();
-    let ending = match impossible {
-        Some(_) => Ending::Exhausted,
-        None => search.run(goal, stop, on_plan),
-    };
-    search.tell(|search| Event::Ended {
-        ending,
-        statistics: &search.statistics,
-    });
-    let least_cost = search.least_cost(goal, ending);
-    let Search {
-        recorder,
-        statistics,
-        reasons,
-        context,
-        ..
-    } = search;
-    context.reasoner.restore(start_world);
-    let (found, others) = recorder.finish();
-    Outcome {
-        found,
-        others,
-        impossible,
-        least_cost,
-        ending,
-        statistics,
-        why_not: reasons.finish(domain),
+        if rounds.number() > 1 {
+            search.tell(|_| Event::WentBack {
+                node: 0,
+                choice: "round",
+                kept: 0,
+                n_actions: 0,
+            });
+        }
+        if rounds.number() == 1 {
+            impossible = search.first_impossible();
+        }
+        let ended = match impossible {
+            Some(_) => Some(Ending::Exhausted),
+            None => search.run(goal, stop, on_plan),
+        };
+        let ended = Ended {
+            ending: ended,
+            left_out: search.left_out,
+            has_plan: search.recorder.best_cost().is_some(),
+        };
+        let ending = rounds.next(ended);
+        if let Some(ending) = ending {
+            search.tell(|search| Event::Ended {
+                ending,
+                statistics: &search.statistics,
+            });
+        }
+        let least_cost = ending.map(|ending| search.least_cost(goal, ending));
+        search.context.reasoner.restore(start_world);
+        search.forget_open();
+        carried = Carried {
+            memo: search.memo,
+            recorder: search.recorder,
+            n_derivations: search.n_derivations,
+            statistics: search.statistics,
+            reasons: search.reasons,
+            cycles: search.truncated.cycles,
+        };
+        if let (Some(ending), Some(least_cost)) = (ending, least_cost) {
+            let (found, others) = carried.recorder.finish();
+            let reasons = first_reasons.filter(|_| found.is_none()).unwrap_or(carried.reasons);
+            return Outcome {
+                found,
+                others,
+                impossible,
+                least_cost,
+                ending,
+                statistics: carried.statistics,
+                why_not: reasons.finish(domain),
+            };
+        }
+        carried.reasons.shortened(0);
     }
+}
+
+/// What goes from one round to the next.
+#[derive(Debug, Default)]
+struct Carried {
+    memo: Memo,
+    recorder: Recorder,
+    n_derivations: u64,
+    statistics: Statistics,
+    reasons: Reasons,
+    /// Cuts of tasks that came back to themselves: where a failure is remembered, they are not met again.
+    cycles: u64,
 }
 
 /// A search under way.
@@ -213,6 +292,9 @@ pub(super) struct Search<'a> {
     pub shared: &'a [SlotId],
     pub prepared: &'a Prepared,
     pub bounds: &'a Bounds,
+    pub look_ahead: &'a LookAhead,
+    pub looks: Looks,
+    pub factors: Factors,
     pub agenda: Agenda,
     pub tree: Tree,
     pub steps: Vec<Step>,
@@ -223,12 +305,20 @@ pub(super) struct Search<'a> {
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
+    discrepancies: u32,
+    /// Choices left because a branch had taken as many other options as the round allows.
+    pub left_out: u64,
+    pub round: Round,
+    /// Where orders are drawn from, in a round that draws them.
+    pub random: Option<ChaCha8Rng>,
     /// The plan's whole cost, where it is not the sum of its actions' costs and the best plan is wanted.
     pub objective: Option<Box<Objective<'a>>>,
     pub memo: Memo,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
     pub n_derivations: u64,
+    /// The choices taken back before this round.
+    begin: u64,
     pub statistics: Statistics,
     pub truncated: Truncated,
     pub reasons: Reasons,
@@ -240,7 +330,8 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Ending {
+    /// Searches until the round ends; `None` says that its choices taken back are used up.
+    fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Option<Ending> {
         self.tree.values.extend(goal.args.iter().cloned());
         self.tree.nodes.push(Node {
             task: goal.task,
@@ -253,25 +344,31 @@ impl Search<'_> {
             head: NONE,
             streak: 0,
             anchor: NONE,
+            returns: 0,
         });
-        let mut flow = self.reach(0);
+        // An earlier round may have found a plan than which none is cheaper.
+        let mut flow = match self.too_costly() {
+            Some(flow) => flow,
+            None => self.reach(0),
+        };
         loop {
             if flow == Flow::Forward && self.agenda.head == NONE {
                 if self.refuse_short().is_none() && self.record(on_plan) {
-                    return Ending::FirstPlan;
+                    return Some(Ending::FirstPlan);
                 }
                 flow = Flow::Back;
             }
             if flow == Flow::Back {
                 self.note_deepest();
+                self.factors.note(self.steps.len());
             }
             if stop.load(Ordering::Relaxed) {
                 self.note_deepest();
-                return Ending::Interrupted;
+                return Some(Ending::Interrupted);
             }
             if self.budget_spent {
                 self.note_deepest();
-                return Ending::BudgetSpent;
+                return Some(Ending::BudgetSpent);
             }
             flow = match flow {
                 Flow::Forward => self.advance(),
@@ -280,13 +377,21 @@ impl Search<'_> {
                         self.end_watch();
                         Flow::Back
                     }
+                    Some((point, _)) if point.discrepancies >= self.round.discrepancies => {
+                        self.left_out += 1;
+                        Flow::Back
+                    }
                     Some((point, choice)) => {
+                        if self.statistics.backtracks - self.begin >= self.round.backtracks {
+                            return None;
+                        }
                         if self.statistics.backtracks >= self.settings.budget.expansions {
                             self.choices.push((point, choice));
-                            return Ending::BudgetSpent;
+                            return Some(Ending::BudgetSpent);
                         }
                         self.statistics.backtracks += 1;
                         self.go_back(&point);
+                        self.discrepancies = point.discrepancies + 1;
                         self.tell_went_back(&choice);
                         // A better plan may have been found since this choice was made.
                         match self.too_costly() {
@@ -294,8 +399,8 @@ impl Search<'_> {
                             None => self.retry(point, choice),
                         }
                     }
-                    None if self.truncated == Truncated::default() => return Ending::Exhausted,
-                    None => return Ending::ExhaustedTruncated(self.truncated),
+                    None if self.truncated == Truncated::default() => return Some(Ending::Exhausted),
+                    None => return Some(Ending::ExhaustedTruncated(self.truncated)),
                 },
             };
         }
@@ -311,6 +416,9 @@ impl Search<'_> {
             // INVARIANT: only choices keep marks over a task's end, so nobody can come back.
             self.context.state.keep();
         }
+        if let Some(flow) = self.refuse_dead_end() {
+            return flow;
+        }
         let ready = |cell, subtask| self.agenda.ready(self.prepared, cell, subtask);
         // INVARIANT: the order has no cycle (checked), so a cell has a subtask that is ready.
         let Some((cell, subtask)) = ready(self.agenda.head, 0) else {
@@ -322,6 +430,10 @@ impl Search<'_> {
                 let point = self.point();
                 if !self.is_new(&point, None, point.nodes, 0) {
                     return Flow::Back;
+                }
+                if self.random.is_some() {
+                    let left = self.orders_drawn(cell, subtask);
+                    return self.start_next(point, left);
                 }
                 let choice = Choice::Order {
                     cell: next_cell,
@@ -350,6 +462,7 @@ impl Search<'_> {
             news: self.news.len() as u32,
             cost: self.cost,
             rest: self.rest,
+            discrepancies: self.discrepancies,
         }
     }
 
@@ -376,6 +489,8 @@ impl Search<'_> {
         match choice {
             Choice::Decomposition { node, next } => self.decompose(point, node, next),
             Choice::Binding { node, binder, next } => self.bind_next(point, node, binder, next),
+            Choice::Decompositions { node, left } => self.decompose_next(point, node, left),
+            Choice::Orders { left } => self.start_next(point, left),
             Choice::Sorted { node, binder, mut left } => {
                 let Some(value) = left.pop() else { return Flow::Back };
                 if !left.is_empty() {
@@ -394,7 +509,11 @@ impl Search<'_> {
                 gas,
                 tried,
                 limit,
-            } => self.try_alternative(point, node, gas, tried, limit),
+                reached,
+            } => match self.next_alternative(node, tried, reached) {
+                Ok(best) => self.try_alternative(point, node, gas, tried, limit, best),
+                Err(flow) => flow,
+            },
             Choice::Watch => Flow::Back,
         }
     }
@@ -436,6 +555,8 @@ impl Search<'_> {
         let now = [bound_at(self.steps.len() as u32, self.cost, self.rest)];
         match ending {
             Ending::Exhausted => best,
+            // What was left out may cost anything above the least, too.
+            _ if self.left_out > 0 => least.min(best),
             // What was cut short may cost anything above the least.
             _ if self.truncated != Truncated::default() => least.min(best),
             Ending::ExhaustedTruncated(_) => least.min(best),

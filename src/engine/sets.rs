@@ -11,7 +11,7 @@ pub(super) fn len(set: &Value) -> Option<usize> {
     match set {
         Value::Set(s) => Some(s.len()),
         Value::Scalars(s) => Some(s.len()),
-        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => None,
+        Value::Null | Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => None,
     }
 }
 
@@ -54,7 +54,7 @@ pub(super) fn with(set: Value, element: &Value) -> Option<Value> {
 /// Returns the set without `element` (a NULL set counts as empty); `None` where that is no set or no element.
 pub(super) fn without(set: Value, element: &Value) -> Option<Value> {
     match (set, element) {
-        (_, Value::Null | Value::Set(_) | Value::Scalars(_)) => None,
+        (_, Value::Null | Value::Unknown | Value::Set(_) | Value::Scalars(_)) => None,
         (Value::Null, _) => Some(Value::Set(Arc::new(EntitySet::default()))),
         (Value::Set(mut s), Value::Entity(e)) => {
             Arc::make_mut(&mut s).remove(*e);

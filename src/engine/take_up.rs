@@ -6,7 +6,7 @@ use super::outcome::{NONE, Node};
 use super::prepare::Join;
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
-use crate::ir::{Binder, Domain, MethodId, SelectOrder, TaskId, Test, Value};
+use crate::ir::{Binder, Domain, Expr, MethodId, SelectOrder, TaskId, Test, TypeId, Value, Var, show_expr};
 use crate::plan::Refusal;
 
 impl<'a> Search<'a> {
@@ -33,9 +33,8 @@ impl<'a> Search<'a> {
                     self.tree.values.truncate(start);
                     let task = domain.task_name(todo.task);
                     let print = [u64::from(cell_kind(todo.task)), position as u64];
-                    return self.refuse_in(parent, Kind::NullArgument, NONE, &print, |_| Refusal::NullArgument {
-                        task: task.to_owned(),
-                        position,
+                    return self.refuse_in(parent, Kind::NullArgument, parent, &print, |search| {
+                        search.null_argument(parent, task.to_owned(), position, arg)
                     });
                 }
                 Some(value) => self.tree.values.push(value),
@@ -53,6 +52,7 @@ impl<'a> Search<'a> {
             head: self.agenda.head,
             streak: 0,
             anchor: NONE,
+            returns: 0,
         });
         self.rest -= self.bounds.task(todo.task);
         self.reach(node)
@@ -106,6 +106,9 @@ impl<'a> Search<'a> {
         let Node { task, frame, .. } = self.tree.nodes[node as usize];
         let TaskId::Method(id) = task else { return Flow::Back };
         let method = &self.context.domain.methods[id.index()];
+        if self.random.is_some() {
+            return self.decompose_drawn(point, node);
+        }
         for (index, decomposition) in method.decompositions.iter().enumerate().skip(next as usize) {
             if !self.passes(&decomposition.preconditions, node, frame as usize, index as u64) {
                 continue;
@@ -125,7 +128,7 @@ impl<'a> Search<'a> {
     }
 
     /// Runs the binders of a decomposition from `binder` on; when all are done, puts it on the agenda.
-    fn bind_from(&mut self, node: u32, method: MethodId, index: usize, binder: usize) -> Flow {
+    pub fn bind_from(&mut self, node: u32, method: MethodId, index: usize, binder: usize) -> Flow {
         let domain = self.context.domain;
         let decomposition = &domain.methods[method.index()].decompositions[index];
         let frame = self.tree.nodes[node as usize].frame as usize;
@@ -146,6 +149,7 @@ impl<'a> Search<'a> {
                     let number = number as u32;
                     let found = match order {
                         SelectOrder::Sorted { .. } => self.bind_sorted(node, number),
+                        SelectOrder::Declared if self.random.is_some() => self.bind_drawn(node, number),
                         SelectOrder::Declared | SelectOrder::Once => {
                             let next = self.passing(node, number, 0);
                             next.map(|next| {
@@ -189,30 +193,72 @@ impl<'a> Search<'a> {
             frame,
             ..
         } = self.tree.nodes[node as usize];
-        self.refuse(
-            Kind::NoBinding,
-            node,
-            &[u64::from(which), u64::from(binder)],
-            |search| Refusal::NoBinding {
-                task: search.show(node),
-                variable: var_name.clone(),
-                candidates: domain.types[ty.index()].entities.len(),
-                filter: show_test(domain, filter, &|v| match v == *var {
-                    true => var_name.clone(),
-                    false => domain.show(&search.tree.values[frame as usize + v.index()]),
-                }),
-                rule: {
-                    let names = search.names(node, Some(which as usize));
-                    show_test(domain, filter, &|v| {
-                        let known = names.iter().rev().find(|(var, _)| *var == v);
-                        known.map_or_else(String::new, |(_, name)| name.clone())
-                    })
-                },
+        let more = [u64::from(which), u64::from(binder)];
+        self.refuse_asking(Kind::NoBinding, node, &more, |search| Refusal::NoBinding {
+            task: search.show(node),
+            variable: var_name.clone(),
+            candidates: domain.types[ty.index()].entities.len(),
+            filter: search.show_filter(filter, *var, var_name, *ty, frame as usize),
+            rule: {
+                let names = search.names(node, Some(which as usize));
+                show_test(domain, filter, &|v| {
+                    let known = names.iter().rev().find(|(var, _)| *var == v);
+                    known.map_or_else(String::new, |(_, name)| name.clone())
+                })
             },
-        )
+        })
     }
 
-    fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {
+    /// Returns a filter in words; of several parts each with how many entities pass it alone.
+    fn show_filter(&mut self, filter: &Test, var: Var, var_name: &str, ty: TypeId, frame: usize) -> String {
+        let domain = self.context.domain;
+        let parts = match filter {
+            Test::And(parts) => parts.as_slice(),
+            other => std::slice::from_ref(other),
+        };
+        let entities = &domain.types[ty.index()].entities;
+        let shown = parts.iter().map(|part| {
+            let text = show_test(domain, part, &|v| match v == var {
+                true => var_name.to_owned(),
+                false => domain.show(&self.tree.values[frame + v.index()]),
+            });
+            if parts.len() == 1 {
+                return text;
+            }
+            let values = &mut self.tree.values[frame..];
+            let passing = entities.iter().filter(|e| {
+                values[var.index()] = Value::Entity(**e);
+                self.context.holds(part, values)
+            });
+            match passing.count() {
+                0 => format!("{text} (none)"),
+                n => format!("{text} ({n} of them)"),
+            }
+        });
+        shown.collect::<Vec<_>>().join("; ")
+    }
+
+    /// Returns the refusal of a task whose argument is NULL; `node` has the variables.
+    pub fn null_argument(&self, node: u32, task: String, position: usize, arg: &Expr) -> Refusal {
+        let Node {
+            frame, decomposition, ..
+        } = self.tree.nodes[node as usize];
+        let domain = self.context.domain;
+        let value = |v: Var| domain.show(&self.tree.values[frame as usize + v.index()]);
+        let names = self.names(node, Some(decomposition as usize));
+        let name = |v: Var| {
+            let known = names.iter().rev().find(|(var, _)| *var == v);
+            known.map_or_else(|| value(v), |(_, name)| name.clone())
+        };
+        Refusal::NullArgument {
+            task,
+            position,
+            argument: show_expr(domain, arg, &value),
+            rule: show_expr(domain, arg, &name),
+        }
+    }
+
+    pub fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {
         let Node {
             task, decomposition, ..
         } = self.tree.nodes[node as usize];
@@ -222,7 +268,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the position of the first entity from `from` on that passes a SELECT's filter.
-    fn passing(&mut self, node: u32, binder: u32, from: u32) -> Option<u32> {
+    pub fn passing(&mut self, node: u32, binder: u32, from: u32) -> Option<u32> {
         let domain = self.context.domain;
         let Node {
             task,
@@ -320,6 +366,7 @@ impl<'a> Search<'a> {
             passing.push((self.context.number(key, frame), at));
             next = self.passing(node, binder, at + 1);
         }
+        self.draw(&mut passing);
         // Stable: ties stay in declaration order; entities without a number come last.
         passing.sort_by(|(a, _), (b, _)| match (a, b) {
             // INVARIANT: a number that an expression gives is finite; `total_cmp` would tell -0 from 0.
@@ -360,6 +407,18 @@ impl<'a> Search<'a> {
             return Flow::Back;
         };
         self.bind_from(node, method, decomposition as usize, binder as usize + 1)
+    }
+}
+
+impl<'a> Search<'a> {
+    /// Returns the task of a node's subtask, and its arguments.
+    pub fn subtask_of(&self, node: u32, subtask: usize) -> (TaskId, &'a [crate::ir::Expr]) {
+        let Node {
+            task, decomposition, ..
+        } = self.tree.nodes[node as usize];
+        let of = decomposition_of(self.context.domain, task, decomposition);
+        let subtask = of.and_then(|d| d.subtasks.get(subtask));
+        subtask.map_or((task, &[]), |s| (s.task, s.args.as_slice()))
     }
 }
 

@@ -191,11 +191,11 @@ impl Hull {
         }
         let mut polygons = a_box(&Vec3::repeat(LARGEST));
         for plane in planes.chunks_exact(4) {
-            cut(
-                &mut polygons,
-                &Vec3::new(plane[0], plane[1], plane[2]).try_normalize(0.5)?,
-                plane[3],
-            );
+            let normal = Vec3::new(plane[0], plane[1], plane[2]);
+            if (normal.norm_squared() - 1.0).abs() > 1e-9 {
+                return None;
+            }
+            cut(&mut polygons, &normal, plane[3]);
         }
         Hull::of(polygons, *excess)
     }

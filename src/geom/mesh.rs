@@ -1,8 +1,8 @@
 //! Triangle meshes, and the convex shapes that stand for them: one hull, or several convex parts.
 //!
 //! [`Mesh::parts`] halves the surface by planes along the axes, each time the part and the plane that save most volume of hulls, until
-//! nothing worth while is saved. The hull of each piece of surface contains the piece of the solid between its planes, hence the parts
-//! together contain the mesh and all that it encloses. Differs from approximate convex decomposition by voxels (Mamou, Lengyel, Peters,
+//! nothing worth while is saved. Both halves are closed where they were cut, so that the parts together contain the mesh and all that
+//! it encloses. Differs from approximate convex decomposition by voxels (Mamou, Lengyel, Peters,
 //! Game Engine Gems 3, 2016, chapter 12) in that nothing is lost to a resolution, and in planes along the axes only.
 //! Does not know which side of a triangle is outside: a hull has no need of it, and a mirrored mesh is not turned inside out.
 
@@ -107,17 +107,24 @@ impl Part {
     }
 }
 
-/// Returns the triangles below and above `at` on the axis; those across are cut.
+/// Returns the triangles below and above `at` on the axis; those across are cut, and both halves are closed where they were.
 fn halves(triangles: &[Triangle], axis: usize, at: f64) -> (Vec<Triangle>, Vec<Triangle>) {
     let (mut below, mut above) = (Vec::new(), Vec::new());
+    let mut rim: Vec<[Vec3; 2]> = Vec::new();
     for triangle in triangles {
         let sides = triangle.map(|p| p[axis] - at);
+        for i in 0..3 {
+            if sides[i] == 0.0 && sides[(i + 1) % 3] == 0.0 {
+                rim.push([triangle[i], triangle[(i + 1) % 3]]);
+            }
+        }
         if sides.iter().all(|s| *s <= 0.0) {
             below.push(*triangle);
         } else if sides.iter().all(|s| *s >= 0.0) {
             above.push(*triangle);
         } else {
             let mut polygons: [Vec<Vec3>; 2] = [Vec::new(), Vec::new()];
+            let mut cut = Vec::new();
             for i in 0..3 {
                 let (p, q) = (triangle[i], triangle[(i + 1) % 3]);
                 let (s, t) = (sides[i], sides[(i + 1) % 3]);
@@ -127,17 +134,31 @@ fn halves(triangles: &[Triangle], axis: usize, at: f64) -> (Vec<Triangle>, Vec<T
                 if s >= 0.0 {
                     polygons[1].push(p);
                 }
+                if s == 0.0 {
+                    cut.push(p);
+                }
                 if (s < 0.0 && t > 0.0) || (s > 0.0 && t < 0.0) {
                     let x = p + (q - p) * (s / (s - t));
                     polygons[0].push(x);
                     polygons[1].push(x);
+                    cut.push(x);
                 }
+            }
+            if let [p, q] = cut[..] {
+                rim.push([p, q]);
             }
             for (polygon, half) in polygons.iter().zip([&mut below, &mut above]) {
                 let rest = polygon.get(1..).unwrap_or_default();
                 half.extend(rest.windows(2).map(|w| [polygon[0], w[0], w[1]]));
             }
         }
+    }
+    // The triangles between the rim and any point of the plane cover all that the rim encloses: a ray from that point through one of
+    // what is enclosed comes to the rim behind it.
+    let middle = rim.as_flattened().iter().sum::<Vec3>() / (2 * rim.len()).max(1) as f64;
+    for [p, q] in rim {
+        below.push([p, q, middle]);
+        above.push([p, q, middle]);
     }
     (below, above)
 }

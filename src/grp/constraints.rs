@@ -109,7 +109,13 @@ fn asked(scene: &Scene, domain: &Domain, request: RequestId, args: &[Value]) -> 
 pub(super) fn entity(scene: &Scene, domain: &Domain, value: &Value) -> Option<EntityRef> {
     match value {
         Value::Entity(e) => scene.find(&domain.entities[e.index()].name),
-        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Set(_) | Value::Scalars(_) => None,
+        Value::Null
+        | Value::Unknown
+        | Value::Bool(_)
+        | Value::Number(_)
+        | Value::String(_)
+        | Value::Set(_)
+        | Value::Scalars(_) => None,
     }
 }
 

@@ -235,6 +235,10 @@ impl Order<'_> {
             }
             self.bound.truncate(n_bound);
             let all = std::mem::replace(&mut self.left, others);
+            let there_is_one = |v: &VarId| self.counts.of_scope(self.pair, &self.body.scope, *v) > 0.0;
+            if all.is_empty() && order.iter().all(there_is_one) {
+                continue;
+            }
             let outside: Vec<VarId> = all.iter().flat_map(|(_, free)| free).copied().collect();
             let formulas = all.into_iter().map(|(formula, _)| formula).collect();
             let asked = Formula::Exists(order.clone(), Box::new(Formula::And(formulas)));

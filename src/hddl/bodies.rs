@@ -78,7 +78,9 @@ pub(super) fn bodies(pair: &Pair) -> Bodies {
             break;
         }
     }
-    for method in methods.iter_mut().chain([&mut start]) {
+    // Where nothing is chosen there is nothing to prune.
+    let start_to_bind = (!start.vars.is_empty()).then_some(&mut start);
+    for method in methods.iter_mut().chain(start_to_bind) {
         for literal in known.pulled(&method.network) {
             if !method.literals.contains(&literal) {
                 method.literals.push(literal);

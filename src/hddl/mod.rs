@@ -52,11 +52,10 @@ pub fn import(domain: FileId, problem: FileId, sources: &Sources) -> (Option<Imp
         return (None, problems.sorted());
     }
     let pair = read::read((domain.0, &domain.1), (problem.0, &problem.1), &mut problems);
-    let problems = problems.sorted();
-    let pair = pair.filter(|_| !problems.has_errors());
-    let imported = pair.map(|pair| {
-        let (hatp, names) = write::write(&pair);
+    let imported = pair.filter(|_| !problems.has_errors()).map(|pair| {
+        let (hatp, names) = write::write(&pair, &mut problems);
         Imported { hatp, names }
     });
-    (imported, problems)
+    let problems = problems.sorted();
+    (imported.filter(|_| !problems.has_errors()), problems)
 }

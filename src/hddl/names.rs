@@ -34,13 +34,17 @@ impl Namer {
     }
 }
 
-/// Returns the name as an identifier, as far as that is a matter of letters.
-pub(super) fn identifier(hddl: &str) -> String {
-    let plain: String = hddl
-        .trim_start_matches('?')
-        .chars()
+/// Returns the name with `_` for what HATP has not in names.
+pub(super) fn plain(hddl: &str) -> String {
+    let letters = hddl.trim_start_matches('?').chars();
+    letters
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
-        .collect();
+        .collect()
+}
+
+/// Returns the name as an identifier.
+fn identifier(hddl: &str) -> String {
+    let plain = plain(hddl);
     match plain.chars().next() {
         Some(c) if c.is_ascii_alphabetic() || c == '_' => plain,
         _ => format!("n{plain}"),

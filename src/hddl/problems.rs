@@ -43,7 +43,7 @@ pub(super) fn expected(wanted: &str, span: Span) -> Problem {
 
 /// A part that must be there is not.
 pub(super) fn missing(what: &str, of: &str, span: Span) -> Problem {
-    Problem::error("hddl::syntax", format!("{of} has no {what}"), span, "").help(format!("add {what}"))
+    Problem::error("hddl::syntax", format!("{of} has no {what}"), span, "")
 }
 
 pub(super) fn glued(word: &str, span: Span) -> Problem {
@@ -124,6 +124,18 @@ pub(super) fn type_cycle(name: &str, span: Span) -> Problem {
 pub(super) fn type_depth(span: Span) -> Problem {
     let message = "a type has more than 30 supertypes above one another";
     Problem::error("hddl::too-large", message, span, "")
+}
+
+/// A relation of three things or more takes one value for each choice of all but the last.
+pub(super) fn too_many_values(name: &str, limit: usize, span: Span) -> Problem {
+    let message = format!("`{name}` and the predicates before it are about more than {limit} choices of objects");
+    Problem::error("hddl::too-large", message, span, "").help("give it narrower types, or declare fewer objects")
+}
+
+/// `what` there is too much of.
+pub(super) fn too_large(what: &str, span: Span) -> Problem {
+    Problem::error("hddl::too-large", format!("{what} are too many"), span, "")
+        .help("leave out what the task does not need")
 }
 
 pub(super) fn order_cycle(span: Span) -> Problem {

@@ -47,12 +47,12 @@ pub(super) fn read(
         tasks: IndexMap::new(),
     };
     reader.pair.domain = domain_name.text.clone();
-    reader.pair.problem = problem_name.text;
+    reader.pair.problem = problem_name.text.clone();
     reader.declarations(&domain);
     // The objects come before the bodies of actions and methods, which may name them.
     reader.objects(&problem);
     reader.bodies(&domain);
-    reader.problem(&problem, &domain_name, Span::new(problem_file, 0, 0));
+    reader.problem(&problem, &domain_name, problem_name.span);
     Some(reader.pair)
 }
 

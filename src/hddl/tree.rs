@@ -76,6 +76,8 @@ pub(super) fn read<'t>(file: FileId, text: &'t str, problems: &mut Problems) -> 
     let mut top: Vec<Tree<'t>> = Vec::new();
     let mut open: Vec<Open<'t>> = Vec::new();
     let mut at = 0;
+    // Lists that were closed for the user, whose own brackets may still come.
+    let mut n_forgotten = 0;
     while let Some(byte) = bytes.get(at).copied() {
         let start = at;
         match byte {
@@ -92,6 +94,7 @@ pub(super) fn read<'t>(file: FileId, text: &'t str, problems: &mut Problems) -> 
                         let place = Span::new(file, unclosed.start, unclosed.start + 1);
                         problems.push(problems::unclosed(place, Some(Span::new(file, start, at))));
                     }
+                    n_forgotten += open.len() - 1;
                     while open.len() > 1 {
                         close(file, at - 1, &mut open, &mut top);
                     }
@@ -103,7 +106,9 @@ pub(super) fn read<'t>(file: FileId, text: &'t str, problems: &mut Problems) -> 
             }
             b')' => {
                 at += 1;
-                if open.is_empty() {
+                if open.is_empty() && n_forgotten > 0 {
+                    n_forgotten -= 1;
+                } else if open.is_empty() {
                     problems.push(problems::unopened(Span::new(file, start, at)));
                 } else {
                     close(file, at, &mut open, &mut top);

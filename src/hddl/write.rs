@@ -11,6 +11,7 @@
 
 mod effects;
 mod facts;
+mod limits;
 mod tests;
 
 use std::fmt::Write;
@@ -21,7 +22,8 @@ use super::ast::{Action, Cost, Formula, Kinds, OBJECT, Pair, Scope, TaskRef, Ter
 use super::binding::{Bindings, Counts, bindings};
 use super::bodies::{Bodies, Body, bodies};
 use super::formulas::visit;
-use super::names::{MethodName, Namer, Names, TaskName, identifier};
+use super::names::{MethodName, Namer, Names, TaskName, plain};
+use super::problems::Problems;
 use tests::Tests;
 
 /// What is written everywhere: the names, and where attributes live.
@@ -47,9 +49,13 @@ struct Writer<'p> {
     before_attributes: IndexMap<usize, String>,
 }
 
-/// Writes a pair without errors.
-pub(super) fn write(pair: &Pair) -> (String, Names) {
+/// Writes a pair without errors; says if it is larger than HATP may be.
+pub(super) fn write(pair: &Pair, problems: &mut Problems) -> (String, Names) {
     let mut writer = Writer::new(pair);
+    problems.extend(writer.too_many_values());
+    if problems.has_errors() {
+        return (String::new(), Names::default());
+    }
     let (problem, goal) = {
         let mut tasks = Namer::default();
         let none = |_: &str| false;
@@ -62,6 +68,7 @@ pub(super) fn write(pair: &Pair) -> (String, Names) {
     writer.header(&problem);
     writer.facts();
     let names = writer.network(problem, goal);
+    problems.extend(writer.too_many_words());
     (writer.out, names)
 }
 
@@ -120,7 +127,7 @@ impl<'p> Writer<'p> {
     }
 
     fn header(&mut self, problem: &str) {
-        let (domain, name) = (identifier(&self.pair.domain), identifier(&self.pair.problem));
+        let (domain, name) = (plain(&self.pair.domain), plain(&self.pair.problem));
         self.line(&format!(
             "// Imported from HDDL: domain {domain}, problem {name}. The task to plan: --task '{problem}()'"
         ));
@@ -191,7 +198,7 @@ impl<'p> Writer<'p> {
 
     /// Returns ` // name` where nobody would guess what HDDL calls it.
     fn called_otherwise(&self, hatp: &str, hddl: &str) -> String {
-        if hatp == identifier(hddl) {
+        if hatp == plain(hddl) {
             return String::new();
         }
         format!(" // {hddl}")

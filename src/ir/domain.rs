@@ -128,6 +128,8 @@ pub enum Value {
     Set(Arc<EntitySet>),
     /// A set of numbers, strings or truth values.
     Scalars(Arc<ScalarSet>),
+    /// What an agent that knows nothing believes; in slots of beliefs alone.
+    Unknown,
 }
 
 /// A set of numbers, strings or truth values, in order, none twice.
@@ -175,7 +177,7 @@ impl ScalarSet {
             Value::Bool(b) => (0, f64::from(u8::from(*b))),
             Value::Number(x) => (1, *x + 0.0),
             Value::String(s) => (2, f64::from(s.0)),
-            Value::Null | Value::Entity(_) | Value::Set(_) | Value::Scalars(_) => (3, 0.0),
+            Value::Null | Value::Entity(_) | Value::Set(_) | Value::Scalars(_) | Value::Unknown => (3, 0.0),
         };
         let wanted = key(value);
         self.0.binary_search_by(|v| {
@@ -223,8 +225,11 @@ pub struct Attribute {
     pub fact: Option<String>,
     /// What it asks for beside its entity: `can_traverse(Waypoint, Waypoint)` has two. None for most.
     pub arguments: Vec<Argument>,
-    /// The slot of each entity, by [`EntityId`]; `None` where the entity's type lacks the attribute. With arguments, the
-    /// first of the entity's slots, which lie behind one another ([`Attribute::slot`]).
+    /// Declared `per agent`: each agent believes something of its own. Read and written as one argument more, the last; its
+    /// offsets lead from a value to what the agent believes of it. `None` for most.
+    pub believer: Option<Argument>,
+    /// The slot of each entity, by [`EntityId`]; `None` where the entity's type lacks the attribute. With arguments or
+    /// beliefs, the first of the entity's slots, which lie behind one another ([`Attribute::slot`]).
     pub slots: Vec<Option<SlotId>>,
 }
 
@@ -233,18 +238,18 @@ pub struct Attribute {
 pub struct Argument {
     pub ty: TypeId,
     /// How far behind the first slot each entity, by [`EntityId`], moves the slot; `None` where it is not of the type.
-    /// INVARIANT: the last argument runs fastest, over its type's entities in declaration order.
+    /// INVARIANT: the last argument runs fastest, over its type's entities in declaration order; beliefs lie behind all values.
     pub offsets: Vec<Option<u32>>,
 }
 
 impl Attribute {
-    /// Returns the slot of an entity with these arguments; `None` where there is none.
+    /// Returns the slot of an entity with these arguments, behind which a believer may stand; `None` where there is none.
     pub fn slot(&self, entity: EntityId, args: &[EntityId]) -> Option<SlotId> {
-        if args.len() != self.arguments.len() {
+        if args.len() < self.arguments.len() {
             return None;
         }
         let mut at = (*self.slots.get(entity.index())?)?;
-        for (argument, arg) in self.arguments.iter().zip(args) {
+        for (argument, arg) in self.arguments.iter().chain(&self.believer).zip(args) {
             at.0 = at.0.checked_add((*argument.offsets.get(arg.index())?)?)?;
         }
         Some(at)
@@ -280,6 +285,29 @@ pub struct Domain {
     /// which no file could write as a name.
     pub network: Option<MethodId>,
     pub social: Vec<super::SocialRule>,
+    /// How beliefs change; `None` where no attribute is `per agent`.
+    pub beliefs: Option<Beliefs>,
+}
+
+/// Who learns of what an action has changed, beside those who take part in it.
+#[derive(Debug, Clone)]
+pub struct Beliefs {
+    /// The type of those who believe.
+    pub agents: TypeId,
+    pub observes: Option<Observes>,
+}
+
+/// `fact observes(Agent B, Object O) { ... }`: whether B sees a change of O, in the state after it.
+#[derive(Debug, Clone)]
+pub struct Observes {
+    /// Of the second parameter; `None` for `any`.
+    pub ty: Option<TypeId>,
+    /// Names of the two parameters.
+    pub params: Vec<String>,
+    /// Frame size: parameters and quantified variables.
+    pub n_vars: usize,
+    /// Asks no geometry.
+    pub body: Test,
 }
 
 /// What a domain says of how it wants to be planned; the command line wins over it.
@@ -331,12 +359,38 @@ impl Domain {
         false
     }
 
-    /// Returns the arguments that a slot stands for.
-    pub fn slot_arguments(&self, slot: SlotId) -> Vec<EntityId> {
+    /// Returns how many values an attribute has for one entity, beliefs apart.
+    fn n_values(&self, attribute: &Attribute) -> u32 {
+        let sizes = attribute.arguments.iter();
+        sizes.map(|a| self.types[a.ty.index()].entities.len() as u32).product()
+    }
+
+    /// Returns how far a slot is behind the first one of its entity.
+    fn offset(&self, slot: SlotId) -> u32 {
         let Slot { entity, attribute } = self.slots[slot.index()];
-        let attribute = &self.attributes[attribute.index()];
-        let first = attribute.slots[entity.index()].map_or(slot.0, |s| s.0);
-        let mut offset = (slot.0 - first) as usize;
+        let first = self.attributes[attribute.index()].slots[entity.index()];
+        slot.0 - first.map_or(slot.0, |first| first.0)
+    }
+
+    /// Returns the agent whose belief a slot holds; `None` for a slot that holds what is true.
+    pub fn believer(&self, slot: SlotId) -> Option<EntityId> {
+        let attribute = &self.attributes[self.slots[slot.index()].attribute.index()];
+        let believers = &self.types[attribute.believer.as_ref()?.ty.index()].entities;
+        let who = (self.offset(slot) / self.n_values(attribute)).checked_sub(1)?;
+        believers.get(who as usize).copied()
+    }
+
+    /// Returns the slot of what an agent believes of a value; `None` if there is no such belief.
+    pub fn belief(&self, value: SlotId, agent: EntityId) -> Option<SlotId> {
+        let attribute = &self.attributes[self.slots[value.index()].attribute.index()];
+        let offset = attribute.believer.as_ref()?.offsets[agent.index()]?;
+        Some(SlotId(value.0 + offset))
+    }
+
+    /// Returns the arguments that a slot stands for, without a believer.
+    pub fn slot_arguments(&self, slot: SlotId) -> Vec<EntityId> {
+        let attribute = &self.attributes[self.slots[slot.index()].attribute.index()];
+        let mut offset = (self.offset(slot) % self.n_values(attribute).max(1)) as usize;
         let mut arguments = Vec::with_capacity(attribute.arguments.len());
         for argument in attribute.arguments.iter().rev() {
             let of_type = &self.types[argument.ty.index()].entities;
@@ -347,28 +401,28 @@ impl Domain {
         arguments
     }
 
-    /// Returns the slots of an attribute: of each entity in turn, with all arguments.
+    /// Returns the slots of an attribute without beliefs: of each entity in turn, with all arguments.
     pub fn slots_of(&self, attribute: AttributeId) -> impl Iterator<Item = SlotId> + '_ {
         let attribute = &self.attributes[attribute.index()];
-        let n_values = attribute
-            .arguments
-            .iter()
-            .map(|a| self.types[a.ty.index()].entities.len() as u32);
-        let n: u32 = n_values.product();
+        let n = self.n_values(attribute);
         let firsts = attribute.slots.iter().flatten();
         firsts.flat_map(move |first| (first.0..first.0 + n).map(SlotId))
     }
 
-    /// Returns a slot as the language writes it: `CUP.isOn`, `ROVER.have_image(ROCK)`.
+    /// Returns a slot as the language writes it: `CUP.isOn`, `ROVER.have_image(ROCK)`, `BOB.believes(CUP.isOn)`.
     pub fn slot_name(&self, slot: SlotId) -> String {
         let Slot { entity, attribute } = self.slots[slot.index()];
         let name = |e: &EntityId| self.entities[e.index()].name.as_str();
         let (entity, attribute) = (name(&entity), &self.attributes[attribute.index()].name);
         let arguments = self.slot_arguments(slot);
         let arguments: Vec<&str> = arguments.iter().map(name).collect();
-        match arguments.is_empty() {
+        let value = match arguments.is_empty() {
             true => format!("{entity}.{attribute}"),
             false => format!("{entity}.{attribute}({})", arguments.join(", ")),
+        };
+        match self.believer(slot) {
+            Some(agent) => format!("{}.believes({value})", name(&agent)),
+            None => value,
         }
     }
 
@@ -417,6 +471,7 @@ impl Domain {
     pub fn show(&self, value: &Value) -> String {
         match value {
             Value::Null => "NULL".into(),
+            Value::Unknown => "unknown".into(),
             Value::Bool(b) => b.to_string(),
             Value::Number(x) => x.to_string(),
             Value::String(s) => format!("{:?}", self.strings[s.index()]),

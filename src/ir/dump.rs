@@ -20,6 +20,7 @@ pub fn dump(domain: &Domain) -> String {
     for a in &domain.attributes {
         let change = if a.is_static { "static" } else { "dynamic" };
         let fact = a.fact.as_ref().map_or(String::new(), |f| format!(" = fact {f}"));
+        let per_agent = if a.believer.is_some() { " per agent" } else { "" };
         let types: Vec<&str> = a.arguments.iter().map(|a| dump.ty(a.ty)).collect();
         let arguments = if types.is_empty() {
             String::new()
@@ -27,7 +28,7 @@ pub fn dump(domain: &Domain) -> String {
             format!("({})", types.join(", "))
         };
         let text = format!(
-            "{change} {}{} {}.{}{arguments}{fact}",
+            "{change} {}{} {}.{}{arguments}{per_agent}{fact}",
             set_word(a.is_set),
             dump.base(a.base),
             dump.ty(a.owner),
@@ -50,6 +51,15 @@ pub fn dump(domain: &Domain) -> String {
     for fact in &domain.facts {
         let head = format!("fact {}({}) vars {}", fact.name, fact.params.join(", "), fact.n_vars);
         line(&mut out, 0, &format!("{head} if {}", dump.test(&fact.body)));
+    }
+    if let Some(observes) = domain.beliefs.as_ref().and_then(|b| b.observes.as_ref()) {
+        let of = observes.ty.map_or("any", |ty| dump.ty(ty));
+        let head = format!(
+            "observes({}) of {of} vars {}",
+            observes.params.join(", "),
+            observes.n_vars
+        );
+        line(&mut out, 0, &format!("{head} if {}", dump.test(&observes.body)));
     }
     domain.actions.iter().for_each(|a| dump.action(&mut out, a));
     domain.methods.iter().for_each(|m| dump.method(&mut out, m));
@@ -210,12 +220,12 @@ impl Dump<'_> {
     }
 
     fn effect(&self, out: &mut String, depth: usize, effect: &Effect) {
-        let target = |e: &Expr, a: &AttributeId, args: &[Expr]| {
-            let name = &self.domain.attributes[a.index()].name;
-            match args.is_empty() {
-                true => format!("{}.{name}", self.expr(e)),
-                false => format!("{}.{name}({})", self.expr(e), self.exprs(args)),
-            }
+        let target = |entity: &Expr, attribute: &AttributeId, args: &[Expr]| {
+            self.expr(&Expr::Attribute {
+                base: Box::new(entity.clone()),
+                attribute: *attribute,
+                args: args.into(),
+            })
         };
         match effect {
             Effect::Assign {

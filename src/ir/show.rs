@@ -36,10 +36,15 @@ pub fn show_expr(domain: &Domain, expr: &Expr, name: &dyn Fn(Var) -> String) -> 
         Expr::Const(value) => domain.show(value),
         Expr::Var(var) => name(*var),
         Expr::Attribute { base, attribute, args } => {
-            let name = &domain.attributes[attribute.index()].name;
-            match args.is_empty() {
-                true => format!("{}.{name}", show(base)),
-                false => format!("{}.{name}({})", show(base), list(args)),
+            let attribute = &domain.attributes[attribute.index()];
+            let (args, believer) = args.split_at(attribute.arguments.len().min(args.len()));
+            let value = match args.is_empty() {
+                true => format!("{}.{}", show(base), attribute.name),
+                false => format!("{}.{}({})", show(base), attribute.name, list(args)),
+            };
+            match believer.first() {
+                Some(agent) => format!("{}.believes({value})", show(agent)),
+                None => value,
             }
         }
         Expr::Size(set) => format!("size({})", show(set)),

@@ -2,8 +2,10 @@
 //!
 //! A refusal is not a problem of the user's text (`diag::Problem`): the domain and the world are fine, this branch is not.
 
-use indexmap::IndexMap;
+use std::collections::BTreeSet;
 use std::fmt;
+
+use indexmap::IndexMap;
 
 /// Why one branch failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +31,16 @@ pub enum Refusal {
         /// The same as the domain has it.
         rule: String,
     },
-    /// A subtask's argument was NULL when it was reached.
-    NullArgument { task: String, position: usize },
+    /// A subtask's argument, or one of an action's projection, was NULL when it was reached.
+    NullArgument {
+        /// Whose argument.
+        task: String,
+        position: usize,
+        /// With variables replaced by their values: `ROBOT.station`.
+        argument: String,
+        /// As the domain has it: `A.station`.
+        rule: String,
+    },
     /// A cost or a duration was negative, or had no value.
     BadNumber {
         task: String,
@@ -49,6 +59,14 @@ pub enum Refusal {
         task: String,
         depth: usize,
         chain: Vec<String>,
+    },
+    /// A literal that a task still to be done needs is false, and nothing that comes before it can change that.
+    LookAhead {
+        task: String,
+        literal: String,
+        met: String,
+        /// The literal as the domain has it.
+        rule: String,
     },
     /// A task came back to itself, with the same arguments in the same state: `chain` goes from the one to the other.
     Cycle { chain: Vec<String> },
@@ -180,7 +198,12 @@ impl fmt::Display for Refusal {
                     "{task}: none of {candidates} entities can be {variable}{colon}{filter}"
                 )
             }
-            Refusal::NullArgument { task, position } => write!(f, "{task}: argument {} is NULL", position + 1),
+            Refusal::NullArgument {
+                task,
+                position,
+                argument,
+                ..
+            } => write!(f, "{task}: its argument {}, {argument}, is NULL", position + 1),
             Refusal::BadNumber {
                 task,
                 what,
@@ -208,11 +231,15 @@ impl fmt::Display for Refusal {
                 write!(f, "a cost of {cost:.4} is not below the best plan's {bound:.4}")
             }
             Refusal::TooDeep { task, depth, chain } => {
-                write!(
-                    f,
-                    "{task}: more than {depth} methods deep, at last {}",
-                    chain.join(" > ")
-                )
+                let chain_text = chain.join(" > ");
+                match chain.first() {
+                    Some(first) if chain.len() > 1 && name(first) == name(task) => write!(
+                        f,
+                        "{} goes on below itself, more than {depth} methods deep: {chain_text}",
+                        name(task)
+                    ),
+                    _ => write!(f, "{task}: more than {depth} methods deep, at last {chain_text}"),
+                }
             }
             Refusal::NotKept {
                 task: Some(task),
@@ -224,6 +251,13 @@ impl fmt::Display for Refusal {
                 index,
                 kept,
             } => write!(f, "nothing is left to do before the kept action {index} {kept}"),
+            Refusal::LookAhead { task, literal, met, .. } => {
+                write!(f, "{task} can't be done any more: {literal} is false")?;
+                if !met.is_empty() {
+                    write!(f, " ({met})")?;
+                }
+                Ok(())
+            }
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", String::as_str);
                 write!(f, "{task} comes back to itself in the same state")?;
@@ -252,6 +286,7 @@ impl Refusal {
             Refusal::Geometry(_) => "geometry",
             Refusal::TooCostly { .. } => "too-costly",
             Refusal::TooDeep { .. } => "too-deep",
+            Refusal::LookAhead { .. } => "look-ahead",
             Refusal::Cycle { .. } => "cycle",
             Refusal::NotKept { .. } => "not-kept",
         }
@@ -267,7 +302,9 @@ impl Refusal {
                 let colon = if rule.is_empty() { "" } else { ": " };
                 format!("{}: no entity can be {variable}{colon}{rule}", name(task))
             }
-            Refusal::NullArgument { task, position } => format!("{}: argument {} is NULL", name(task), position + 1),
+            Refusal::NullArgument {
+                task, position, rule, ..
+            } => format!("{}: its argument {}, {rule}, is NULL", name(task), position + 1),
             Refusal::BadNumber { task, what, value } => {
                 let why = if value.is_some() { "is below 0" } else { "has no value" };
                 format!("{}: its {what} {why}", name(task))
@@ -277,14 +314,54 @@ impl Refusal {
                 let further = if refusal.found_before > 0 { "further " } else { "" };
                 format!("{}: no {further}solution", name(&refusal.call))
             }
-            Refusal::TooCostly { .. } => "no plan that begins so can be below the best plan's cost".into(),
-            Refusal::TooDeep { task, depth, .. } => format!("{}: more than {depth} methods deep", name(task)),
+            Refusal::TooCostly { .. } => "a plan that begins so can't be cheaper than the best one".into(),
+            Refusal::TooDeep { task, depth, .. } => {
+                format!("{} goes on below itself, more than {depth} methods deep", name(task))
+            }
+            Refusal::NotKept { task, .. } => match task {
+                Some(task) => format!("{} is not the next of the kept actions", name(task)),
+                None => "nothing is left to do before all kept actions are done".into(),
+            },
+            Refusal::LookAhead { task, rule, .. } => format!("{}: {rule} can't be made true any more", name(task)),
             Refusal::Cycle { chain } => {
                 let task = chain.first().map_or("", |t| name(t));
                 format!("{task} comes back to itself in the same state")
             }
-            Refusal::NotKept { kept, .. } => format!("what comes next is not the kept {}", name(kept)),
         }
+    }
+}
+
+impl Refusal {
+    /// Returns what tells this refusal from others of its [`Refusal::rule`]: the arguments and values met.
+    fn instance(&self) -> String {
+        match self {
+            Refusal::Precondition { task, met, .. } | Refusal::LookAhead { task, met, .. } if !met.is_empty() => {
+                format!("{task} ({met})")
+            }
+            Refusal::Precondition { task, literal, .. } | Refusal::LookAhead { task, literal, .. } => {
+                format!("{task}: {literal}")
+            }
+            Refusal::NoBinding { task, filter, .. } => {
+                let colon = if filter.is_empty() { "" } else { ": " };
+                format!("{task}{colon}{filter}")
+            }
+            Refusal::NullArgument { argument, .. } => argument.clone(),
+            Refusal::DurationOrder { task, .. } => task.clone(),
+            Refusal::BadNumber { task, value, .. } => match value {
+                Some(value) => format!("{task}: {value}"),
+                None => task.clone(),
+            },
+            Refusal::Geometry(refusal) => refusal.call.clone(),
+            Refusal::TooDeep { chain, .. } | Refusal::Cycle { chain } => chain.join(" > "),
+            Refusal::TooCostly { .. } | Refusal::NotKept { .. } => self.to_string(),
+        }
+    }
+}
+
+impl Cause {
+    /// Says whether the domain or the action asks for it by name; all other causes are bodies and motions.
+    fn is_asked(&self) -> bool {
+        matches!(self, Cause::Fact(_) | Cause::Constraint(_))
     }
 }
 
@@ -293,8 +370,11 @@ impl Refusal {
 pub struct WhyNot {
     /// The longest sequence of actions that a branch reached: `Pick(PR2, RED_CUBE)`.
     pub deepest: Vec<String>,
+    /// What ended that branch.
+    pub stuck: Option<String>,
     /// By refusal as a sentence, in the order met.
     reasons: IndexMap<String, Reason>,
+    rules: BTreeSet<String>,
     /// Refusals not kept because there were too many different ones.
     pub not_kept: u64,
 }
@@ -308,17 +388,48 @@ pub struct Reason {
     pub tried: u64,
     /// Whether some of these branches left candidates untried.
     pub is_cut: bool,
-    /// What stopped the candidates, and how many.
-    causes: IndexMap<String, u64>,
+    /// What the domain's author can change.
+    rule: String,
+    /// Arguments and values; empty where there were too many different ones.
+    pub instance: String,
+    /// What stopped the candidates, how many, and whether it was asked for by name.
+    causes: IndexMap<String, (u64, bool)>,
 }
 
 impl Reason {
     /// Returns what stopped candidates and how many of them, most frequent first; ties in the order met.
     pub fn causes(&self) -> Vec<(&str, u64)> {
-        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, n)| (k.as_str(), *n)).collect();
+        let mut all: Vec<(&str, u64)> = self.causes.iter().map(|(k, (n, _))| (k.as_str(), *n)).collect();
         all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
         all
     }
+
+    /// Says whether the domain or the action asks by name for what this cause says does not hold.
+    pub fn is_asked(&self, cause: &str) -> bool {
+        self.causes.get(cause).is_some_and(|(_, asked)| *asked)
+    }
+
+    /// Adds another reason's branches to this one.
+    fn join(&mut self, other: &Reason) {
+        self.n_branches += other.n_branches;
+        self.tried += other.tried;
+        self.is_cut |= other.is_cut;
+        for (cause, (n, asked)) in &other.causes {
+            let entry = self.causes.entry(cause.clone()).or_default();
+            *entry = (entry.0 + n, *asked);
+        }
+    }
+}
+
+/// Reasons of one rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReasonGroup<'a> {
+    /// What the domain's author can change: `Pick: O.isReachable >> A is false`.
+    pub rule: &'a str,
+    /// All together.
+    pub total: Reason,
+    /// Each as a sentence; those that ended most branches first, ties in the order met.
+    pub reasons: Vec<(&'a str, &'a Reason)>,
 }
 
 /// Different refusals kept; a search with more has its reasons on top long before.
@@ -328,14 +439,27 @@ impl WhyNot {
     /// Counts a refusal and returns the number of its reason, if it is kept. Those of one geometric call are one reason,
     /// whatever stopped its candidates.
     pub fn add(&mut self, refusal: &Refusal) -> Option<usize> {
-        let text = refusal.to_string();
-        if self.reasons.len() >= MAX_REASONS && !self.reasons.contains_key(&text) {
-            self.not_kept += 1;
-            return None;
+        let mut text = refusal.to_string();
+        let mut rule = String::new();
+        if !self.reasons.contains_key(&text) {
+            rule = refusal.rule();
+            if !self.rules.insert(rule.clone()) && self.reasons.len() >= MAX_REASONS {
+                // From here on the rules alone are told apart: there are as many as the domain has tests. The first
+                // reason of each is kept with its values all the same.
+                text.clone_from(&rule);
+            }
+            if self.reasons.len() >= 2 * MAX_REASONS && !self.reasons.contains_key(&text) {
+                self.not_kept += 1;
+                return None;
+            }
         }
         let entry = self.reasons.entry(text);
-        let number = entry.index();
+        let (number, is_instance) = (entry.index(), *entry.key() != rule);
         let reason = entry.or_default();
+        if reason.n_branches == 0 {
+            reason.rule = rule;
+            reason.instance = if is_instance { refusal.instance() } else { String::new() };
+        }
         reason.n_branches += 1;
         if let Refusal::Geometry(geometry) = refusal
             && geometry.tried > 0
@@ -343,7 +467,8 @@ impl WhyNot {
             reason.tried += u64::from(geometry.tried);
             reason.is_cut |= !geometry.exhausted;
             for cause in &geometry.causes {
-                *reason.causes.entry(cause.to_string()).or_default() += u64::from(cause.count);
+                let entry = reason.causes.entry(cause.to_string()).or_default();
+                *entry = (entry.0 + u64::from(cause.count), cause.cause.is_asked());
             }
         }
         Some(number)
@@ -362,6 +487,33 @@ impl WhyNot {
         let mut all: Vec<(&str, &Reason)> = self.reasons.iter().map(|(text, r)| (text.as_str(), r)).collect();
         all.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
         all
+    }
+}
+
+impl WhyNot {
+    /// Returns the sentence of a reason, by the number that [`WhyNot::add`] has given.
+    pub fn sentence(&self, number: usize) -> Option<&str> {
+        self.reasons.get_index(number).map(|(text, _)| text.as_str())
+    }
+
+    /// Returns the reasons by what the domain's author can change, what ended most branches first; ties in the order met.
+    pub fn groups(&self) -> Vec<ReasonGroup<'_>> {
+        let mut groups: IndexMap<&str, ReasonGroup<'_>> = IndexMap::new();
+        for (text, reason) in &self.reasons {
+            let group = groups.entry(&reason.rule).or_insert_with(|| ReasonGroup {
+                rule: &reason.rule,
+                total: Reason::default(),
+                reasons: Vec::new(),
+            });
+            group.total.join(reason);
+            group.reasons.push((text, reason));
+        }
+        let mut groups: Vec<ReasonGroup<'_>> = groups.into_values().collect();
+        for group in &mut groups {
+            group.reasons.sort_by_key(|(_, r)| std::cmp::Reverse(r.n_branches));
+        }
+        groups.sort_by_key(|g| std::cmp::Reverse(g.total.n_branches));
+        groups
     }
 }
 

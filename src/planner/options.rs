@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::{self, Aim, Budget, Cuts, Found, Kept, Observer, Reasoner, Statistics};
+use crate::engine::{self, Aim, Branching, Budget, Cuts, Found, Kept, Observer, Reasoner, Statistics, Strategy};
 use crate::grp;
 use crate::ir::Domain;
 
@@ -60,7 +60,8 @@ impl Default for Options<'_> {
         Options {
             search: engine::Settings {
                 aim: Aim::First,
-                branching: 3,
+                branching: Branching::Fixed(3),
+                strategy: Strategy::DepthFirst,
                 interleave: false,
                 cuts: Cuts::On,
                 budget: Budget {
@@ -99,7 +100,7 @@ impl<'a> Options<'a> {
 
     /// Tries up to `n` geometric solutions per action, the first included.
     pub fn branching(mut self, n: u32) -> Self {
-        self.search.branching = n;
+        self.search.branching = Branching::Fixed(n);
         self
     }
 

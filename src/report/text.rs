@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::io;
 
 use crate::engine::{Ending, Statistics, Truncated};
-use crate::plan::{Action, Plan, WhyNot};
+use crate::plan::{Action, Plan, ReasonGroup, WhyNot};
 
 /// Returns what [`write_plan`] writes.
 pub fn plan(plan: &Plan) -> String {
@@ -204,11 +204,20 @@ fn table(actions: &[Action], out: &mut dyn io::Write) -> io::Result<()> {
 pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String {
     let headline = match ending {
         Ending::FirstPlan | Ending::Exhausted => "no plan exists: every choice was tried".to_owned(),
-        Ending::ExhaustedTruncated(cut) => format!("no plan found: {}", truncated(cut)),
+        Ending::ExhaustedTruncated(cut) => format!("no plan found: {}{}", truncated(cut), fall_back(statistics)),
         Ending::BudgetSpent => format!("no plan found within {} expansions", statistics.expansions),
         Ending::Interrupted => "no plan found before the search was interrupted".to_owned(),
     };
     format!("{headline}\n{}", reasons(why))
+}
+
+/// Says that the search was made again without its unsafe cuts, and how far that went; nothing where it was not.
+pub fn fall_back(statistics: &Statistics) -> String {
+    match statistics.returns {
+        0 => String::new(),
+        1 => "; searched again with tasks let come back to themselves once".to_owned(),
+        n => format!("; searched again with tasks let come back to themselves up to {n} times"),
+    }
 }
 
 /// Returns the deepest point that a search without a plan reached, and what ended its branches.
@@ -216,6 +225,7 @@ pub fn reasons(why: &WhyNot) -> String {
     let mut out = String::new();
     if why.deepest.is_empty() {
         out.push_str("\nno branch got as far as one action\n");
+        stuck(why, &mut out);
     } else {
         let _ = writeln!(out, "\nthe deepest branch did");
         let n = why.deepest.len();
@@ -227,35 +237,18 @@ pub fn reasons(why: &WhyNot) -> String {
                 let _ = writeln!(out, "  ... {} more ...", n - 2 * MOST_AT_ENDS);
             }
         }
+        stuck(why, &mut out);
     }
-    let reasons = why.reasons();
-    if !reasons.is_empty() {
+    let groups = why.groups();
+    if !groups.is_empty() {
         out.push_str("\nwhat ended the branches\n");
-        for (text, reason) in reasons.iter().take(MOST_REASONS) {
-            let _ = write!(out, "  {:>6} x {text}", reason.n_branches);
-            if reason.tried > 0 {
-                let candidates = if reason.tried == 1 { "candidate" } else { "candidates" };
-                let (all, rest) = if reason.is_cut {
-                    ("", "; more were not tried")
-                } else {
-                    ("all ", "")
-                };
-                let _ = write!(out, " among {all}{} {candidates}{rest}", reason.tried);
-            }
-            out.push('\n');
-            let causes = reason.causes();
-            for (cause, count) in causes.iter().take(MOST_CAUSES) {
-                let _ = writeln!(out, "           {count:>6} {cause}");
-            }
-            let rest: u64 = causes.iter().skip(MOST_CAUSES).map(|(_, n)| n).sum();
-            if rest > 0 {
-                let _ = writeln!(out, "           {rest:>6} other causes");
-            }
+        for group in groups.iter().take(MOST_REASONS) {
+            reason_group(group, &mut out);
         }
-        let rest: u64 = reasons
+        let rest = groups
             .iter()
             .skip(MOST_REASONS)
-            .map(|(_, r)| r.n_branches)
+            .map(|g| g.total.n_branches)
             .sum::<u64>()
             + why.not_kept;
         if rest > 0 {
@@ -265,11 +258,78 @@ pub fn reasons(why: &WhyNot) -> String {
     out
 }
 
+/// Writes what the deepest branch failed at, unless it is the only reason, which comes next anyway.
+fn stuck(why: &WhyNot, out: &mut String) {
+    if let Some(text) = &why.stuck
+        && why.reasons().len() > 1
+    {
+        let what = if why.deepest.is_empty() {
+            "the first failure"
+        } else {
+            "and failed at"
+        };
+        let _ = writeln!(out, "{what}\n  {text}");
+    }
+}
+
+/// Writes what one rule has ended: the sentence if there is one only, else the rule with its instances.
+fn reason_group(group: &ReasonGroup<'_>, out: &mut String) {
+    let (total, mut instances) = (&group.total, group.reasons.as_slice());
+    let _ = match instances {
+        [(text, _)] => write!(out, "  {:>6} x {text}", total.n_branches),
+        _ => write!(out, "  {:>6} x {}", total.n_branches, group.rule),
+    };
+    if instances.len() == 1 {
+        instances = &[];
+    }
+    if total.tried > 0 {
+        let candidates = if total.tried == 1 { "candidate" } else { "candidates" };
+        let (all, rest) = if total.is_cut {
+            ("", "; more were not tried")
+        } else {
+            ("all ", "")
+        };
+        let _ = write!(out, " among {all}{} {candidates}{rest}", total.tried);
+    }
+    out.push('\n');
+    let named = instances.iter().filter(|(_, r)| !r.instance.is_empty());
+    let mut shown = 0;
+    for (_, reason) in named.take(MOST_INSTANCES) {
+        let _ = writeln!(out, "           {:>6} {}", reason.n_branches, reason.instance);
+        shown += reason.n_branches;
+    }
+    if !instances.is_empty() && total.n_branches > shown {
+        let rest = total.n_branches - shown;
+        let _ = writeln!(out, "           {rest:>6} with other arguments or values");
+    }
+    let causes = total.causes();
+    if !instances.is_empty() && !causes.is_empty() {
+        out.push_str("         of the candidates\n");
+    }
+    // What was asked for by name is never summed up: it is what the domain can change.
+    let is_shown = |(i, (cause, _)): &(usize, &(&str, u64))| *i < MOST_CAUSES || total.is_asked(cause);
+    let shown: Vec<&(&str, u64)> = causes.iter().enumerate().filter(is_shown).map(|(_, c)| c).collect();
+    for (cause, count) in shown.iter().take(MOST_ASKED) {
+        let _ = writeln!(out, "           {count:>6} {cause}");
+    }
+    let n_others = causes.len() - shown.len().min(MOST_ASKED);
+    if n_others > 0 {
+        let told: u64 = shown.iter().take(MOST_ASKED).map(|(_, n)| n).sum();
+        let rest = causes.iter().map(|(_, n)| n).sum::<u64>() - told;
+        let causes = if n_others == 1 { "cause" } else { "causes" };
+        let _ = writeln!(out, "           {rest:>6} for {n_others} other {causes}");
+    }
+}
+
 /// Actions shown at both ends of the deepest branch.
-const MOST_AT_ENDS: usize = 12;
+const MOST_AT_ENDS: usize = 6;
 /// Reasons shown; the rest is summed up.
 const MOST_REASONS: usize = 12;
 const MOST_CAUSES: usize = 4;
+/// Causes shown at most, if they were asked for by name.
+const MOST_ASKED: usize = 12;
+/// Arguments and values shown of one reason.
+const MOST_INSTANCES: usize = 3;
 
 /// Returns what was cut short, in words.
 pub fn truncated(cut: Truncated) -> String {
@@ -291,8 +351,8 @@ pub fn truncated(cut: Truncated) -> String {
     );
     add(
         cut.depth,
-        "branch was too deep (try a larger --max-depth)",
-        "branches were too deep (try a larger --max-depth)",
+        "branch was too deep (a recursion without end, or --max-depth is too small)",
+        "branches were too deep (a recursion without end, or --max-depth is too small)",
     );
     add(
         cut.cycles,

@@ -57,7 +57,7 @@ fn head(summary: &Summary) -> String {
             };
             let _ = writeln!(
                 out,
-                "  the search {how}; {}, {}, {}",
+                "  the search {how}\n  {}, {}, {}",
                 count(end.plans, "plan", "plans"),
                 count(end.expansions, "task taken up", "tasks taken up"),
                 count(end.backtracks, "choice taken back", "choices taken back"),

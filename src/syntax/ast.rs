@@ -168,6 +168,8 @@ pub struct Attribute {
     pub name: Name,
     /// Of `have_image(Objective)`; none for most.
     pub params: Vec<AttributeParam>,
+    /// Place of `per agent`: each agent has a belief of its own.
+    pub per_agent: Option<Span>,
     pub fact: Option<Name>,
     pub span: Span,
 }
@@ -372,6 +374,8 @@ pub enum TestKind {
     },
     /// An expression alone.
     Holds(Expr),
+    /// `B.believes(O.isOn == T)`: a comparison or an expression alone, as the agent believes.
+    Believes(Path, Box<Test>),
 }
 
 /// Between the two sides of a test.
@@ -420,6 +424,8 @@ pub enum AssignOp {
 /// `A.hasInHand = NULL;`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
+    /// Whose belief it is: `B` of `B.believes(O.isOn = T);`.
+    pub believer: Option<Path>,
     pub target: Path,
     pub op: AssignOp,
     pub op_span: Span,

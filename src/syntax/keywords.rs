@@ -119,6 +119,12 @@ const KEYWORDS: &[Keyword] = &[
         "set",
         "An attribute or a parameter with any number of entities.",
     ),
+    keyword(
+        Database,
+        "per",
+        "Each agent has a belief of its own: `dynamic atom Table isOn per agent;`.",
+    ),
+    keyword(Database, "agent", "See `per`: `dynamic atom Table isOn per agent;`."),
     keyword(Database, "new", "Declares an entity: `CUP = new Object;`."),
     keyword(
         Clause,

@@ -3,6 +3,7 @@
 //! Never fails: what can't be read is left out and reported. pest stops at the first error; [`recover`] finds the others.
 //! Knows no names and no types.
 
+mod belief;
 mod build;
 mod expected;
 mod parts;

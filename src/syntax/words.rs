@@ -77,7 +77,7 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         }
         Rule::compat_null => return None,
         // A call of a function is not mentioned where a name may end, either.
-        Rule::attribute_params | Rule::step_args => return None,
+        Rule::attribute_params | Rule::step_args | Rule::belief_op | Rule::per_agent | Rule::told => return None,
         Rule::attribute_param => "a type of entities",
         Rule::list | Rule::tuple | Rule::call | Rule::path => "a value",
         Rule::args => "`(`",
@@ -97,6 +97,8 @@ pub fn word(rule: Rule) -> Option<&'static str> {
         Rule::kw_entity_attributes => "`entityAttributes`",
         Rule::kw_static => "`static`",
         Rule::kw_dynamic => "`dynamic`",
+        Rule::kw_per => "`per agent`",
+        Rule::kw_agent => "`agent`",
         Rule::kw_atom => "`atom`",
         Rule::kw_set => "`set`",
         Rule::kw_fact => "`fact`",

@@ -57,7 +57,7 @@ impl<'a> Around<'a> {
         }
     }
 
-    fn note(&self, note: impl FnOnce(&mut Touched)) {
+    pub(super) fn note(&self, note: impl FnOnce(&mut Touched)) {
         if let Some(touched) = self.touched {
             note(&mut touched.borrow_mut());
         }
@@ -422,7 +422,9 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
     }
 }
 
-fn put(around: Around<'_>, values: &mut [Value], slot: SlotId, value: Value) {
+/// Sets a slot's value, and notes what it was. Where NULL would be added to a set or removed nothing is written, and nobody
+/// learns of it.
+pub(super) fn put(around: Around<'_>, values: &mut [Value], slot: SlotId, value: Value) {
     let old = std::mem::replace(&mut values[slot.index()], value);
     around.note(|touched| {
         touched.writes.push(slot);

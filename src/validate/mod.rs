@@ -10,6 +10,7 @@
 //! `docs/validate.md` lists the codes and the tolerances.
 
 mod bases;
+mod beliefs;
 mod bodies;
 mod decomposition;
 mod evaluate;

@@ -125,7 +125,7 @@ fn has_type(domain: &Domain, value: &Value, param: &Param) -> bool {
         Base::Number | Base::Bool | Base::String => false,
     };
     match value {
-        Value::Null => false,
+        Value::Null | Value::Unknown => false,
         Value::Bool(_) => param.base == Base::Bool,
         Value::Number(_) => param.base == Base::Number,
         Value::String(_) => param.base == Base::String,

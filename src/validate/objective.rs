@@ -238,7 +238,9 @@ impl Counter<'_> {
         match value {
             Value::Entity(e) => of_type(e),
             Value::Set(set) => set.iter().all(|e| of_type(&e)),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => true,
+            Value::Null | Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => {
+                true
+            }
         }
     }
 

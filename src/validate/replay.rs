@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::{
     Settings, Verdict,
+    beliefs::{apply_noting, learn},
     bodies::{Bodies, Touching},
     evaluate::{Around, Touched, View, apply},
     facts::{self, Status},
@@ -131,7 +132,7 @@ pub(super) fn play(
             geometric,
             ..Around::new(domain, Some(&before))
         };
-        apply(around, &mut values, &operator.effects, &mut frame);
+        let written = apply_noting(around, &mut values, operator, &mut frame);
         if asks && action.geometry.is_some() {
             let Progress {
                 state,
@@ -141,16 +142,22 @@ pub(super) fn play(
             } = &mut progress;
             shared.read_start(state, asked, &mut values, verdict)?;
         }
+        let around = Around::new(domain, Some(&progress.asked));
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(around, &mut values, operator, args, &written);
     }
     Ok(())
 }
 
-/// Says whether the arguments of an action's projection, its constraints or its effects read a shared attribute.
+/// Says whether the arguments of an action's projection, its constraints, its effects or those who see it read a shared
+/// attribute.
 fn reads_facts(domain: &Domain, operator: &ir::Action) -> bool {
     let mut is_shared = |e: &ir::Expr| matches!(e, ir::Expr::Attribute { attribute, .. } if domain.attributes[attribute.index()].fact.is_some());
     let args = operator.projects.iter().flat_map(|p| &p.args);
+    let observes = domain.beliefs.as_ref().and_then(|b| b.observes.as_ref());
     args.clone().any(|a| a.any(&mut is_shared))
         || operator.constraints.any(&mut is_shared)
+        || observes.is_some_and(|o| o.body.any(&mut is_shared))
         || operator.effects.iter().any(|e| e.any(&mut is_shared))
 }
 
@@ -369,7 +376,9 @@ impl<'a> Context<'a> {
                 let now = domain.show(&values[slot.index()]);
                 let place = &domain.slots[slot.index()];
                 let is_shared = domain.attributes[place.attribute.index()].fact.is_some();
+                // Beliefs follow when all has been read.
                 is_shared
+                    || domain.believer(*slot).is_some()
                     || match action.changes.get(&domain.slot_name(*slot)) {
                         Some(text) => **text == *now,
                         None => domain.show(was.get(slot).unwrap_or(&values[slot.index()])) == now,
@@ -391,6 +400,17 @@ impl<'a> Context<'a> {
             }
             None => None,
         };
+        let learned = RefCell::new(Touched::default());
+        let learning = Around {
+            lenient,
+            touched: Some(&learned),
+            ..around
+        };
+        let args = frame.get(..operator.params.len()).unwrap_or_default();
+        learn(learning, values, operator, args, &done.writes);
+        for (slot, old) in learned.into_inner().was() {
+            was.entry(slot).or_insert(old);
+        }
         let written: BTreeSet<SlotId> = was.keys().copied().collect();
         let looked_at: BTreeSet<SlotId> = written.iter().chain(&listed).chain(&guessed).copied().collect();
         let mut expected = IndexMap::new();

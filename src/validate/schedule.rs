@@ -13,7 +13,8 @@ use std::rc::Rc;
 
 use super::{
     Settings,
-    evaluate::{Around, Touched, Values, View, apply},
+    beliefs::{apply_noting, learn},
+    evaluate::{Around, Touched, Values, View},
     fault::{Checked, Fault, Kind},
     precedence::{Precedence, by_later},
     requests::Asked,
@@ -229,13 +230,14 @@ fn linear(
             lenient: done.lenient,
             ..around
         };
-        apply(around, &mut values, &action.effects, &mut frame);
+        let written = apply_noting(around, &mut values, action, &mut frame);
         if done.shared.is_some() {
             world = i + 1;
         }
         for (slot, value) in done.shared.iter().flatten() {
             values[slot.index()] = value.clone();
         }
+        learn(around, &mut values, action, &done.goal.args, &written);
         if let Some(touched) = &mut touched {
             let mut seen = seen.into_inner();
             seen.before = Vec::new();

@@ -9,7 +9,7 @@ fn is_empty(set: &Value) -> bool {
         Value::Null => true,
         Value::Set(s) => s.is_empty(),
         Value::Scalars(s) => s.is_empty(),
-        Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
+        Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
     }
 }
 
@@ -43,7 +43,7 @@ pub(super) fn with(set: Value, member: &Value) -> Option<Value> {
 /// Returns the set with one member less; `None` when there is no member to take.
 pub(super) fn without(set: Value, member: &Value) -> Option<Value> {
     match (member, set) {
-        (Value::Null | Value::Set(_) | Value::Scalars(_), _) => None,
+        (Value::Null | Value::Unknown | Value::Set(_) | Value::Scalars(_), _) => None,
         (_, Value::Null) => Some(Value::Set(Arc::default())),
         (Value::Entity(e), Value::Set(mut members)) => {
             Arc::make_mut(&mut members).remove(*e);
@@ -54,6 +54,6 @@ pub(super) fn without(set: Value, member: &Value) -> Option<Value> {
             Some(Value::Scalars(members))
         }
         (_, set @ Value::Set(_)) => is_empty(&set).then_some(set),
-        (_, Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_)) => None,
+        (_, Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_)) => None,
     }
 }

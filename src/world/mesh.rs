@@ -73,6 +73,11 @@ impl<'a> Meshes<'a> {
         }
     }
 
+    /// Returns the paths to which a name in `file` may lead.
+    pub fn paths(&self, file: &str, name: &str) -> Vec<String> {
+        find::candidates(file, name, &self.packages)
+    }
+
     /// Returns the shapes of a mesh that `file` names, each with its frame's origin in the frame of the mesh.
     pub fn shapes(&mut self, file: &str, wanted: &Wanted<'_>) -> Result<Vec<(Shape, Vec3)>, NoMesh> {
         let key = format!("{file}\n{}\n{:?}\n{}", wanted.name, wanted.scale, wanted.in_parts);

@@ -16,6 +16,7 @@ mod objects;
 mod pose;
 mod problems;
 mod scene;
+mod srdf;
 mod stable;
 mod supports;
 mod table;

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
 use super::mesh::Meshes;
+use super::srdf::{self, Srdf};
 use super::table::{self, Name, Table};
 use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
@@ -24,8 +25,9 @@ pub struct Model {
     pub base: BaseKind,
 }
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "urdf",
+    "srdf",
     "packages",
     "meshes",
     "base",
@@ -64,13 +66,51 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
     let robot = root
         .needed_text("urdf", "urdf = \"robot.urdf\"", &mut problems)
         .and_then(|name| read_urdf(path, name, &wanted, sources, files, &mut problems));
-    if let (Some(robot), InParts::Of(names)) = (&robot, &wanted.in_parts) {
+    if let (Some((_, robot)), InParts::Of(names)) = (&robot, &wanted.in_parts) {
         for name in names {
             find_link(&robot.tree, *name, "`parts` of `[meshes]`", &mut problems);
         }
     }
-    let model = robot.map(|robot| fill(&root, robot, file, &mut problems));
+    let model = robot.map(|(urdf, robot)| {
+        let srdf = read_srdf(
+            &root,
+            path,
+            &urdf,
+            &wanted.packages,
+            &robot.tree,
+            sources,
+            files,
+            &mut problems,
+        );
+        fill(&root, robot, &srdf, file, &mut problems)
+    });
     (model.filter(|_| !problems.has_errors()), problems)
+}
+
+/// Reads the SRDF that the model file names, or one beside the URDF.
+fn read_srdf(
+    root: &Table<'_>,
+    path: &str,
+    urdf: &str,
+    packages: &[String],
+    tree: &Tree,
+    sources: &mut Sources,
+    files: &dyn Files,
+    problems: &mut Problems,
+) -> Srdf {
+    if let Some(name) = root.text("srdf", problems) {
+        return match find("SRDF", path, name, packages, files) {
+            Ok((path, text)) => {
+                let file = sources.add(path, text.clone());
+                srdf::read(&text, file, tree, problems)
+            }
+            Err(problem) => {
+                problems.push(*problem);
+                Srdf::default()
+            }
+        };
+    }
+    srdf::read_first(&srdf::beside(urdf), tree, sources, files, problems)
 }
 
 /// What `packages` and `[meshes]` say.
@@ -122,6 +162,7 @@ fn meshes<'a>(root: &Table<'a>, path: &str, problems: &mut Problems) -> MeshesWa
     wanted
 }
 
+/// Returns the robot, and the path at which its URDF was found.
 fn read_urdf(
     model_path: &str,
     name: Name<'_>,
@@ -129,12 +170,11 @@ fn read_urdf(
     sources: &mut Sources,
     files: &dyn Files,
     problems: &mut Problems,
-) -> Option<urdf::Robot> {
-    let path = beside(model_path, name.text);
-    match files.read(&path) {
-        Ok(text) => {
-            let file = sources.add(path.clone(), text.clone());
+) -> Option<(String, urdf::Robot)> {
+    match find("URDF", model_path, name, &wanted.packages, files) {
+        Ok((path, text)) => {
             let mut meshes = Meshes::new(files, wanted.packages.clone(), wanted.is_cached);
+            let file = sources.add(path.clone(), text.clone());
             let in_parts = |link: &str| match &wanted.in_parts {
                 InParts::None => false,
                 InParts::All => true,
@@ -147,21 +187,45 @@ fn read_urdf(
             };
             let (robot, found) = urdf::read(&text, file, &mut solids);
             problems.extend(found);
-            robot
+            robot.map(|robot| (path, robot))
         }
-        Err(reason) => {
-            problems.push(
-                Problem::error(
-                    "world::unreadable-file",
-                    format!("can't read the URDF `{path}`: {reason}"),
-                    name.span,
-                    "",
-                )
-                .help("the path is relative to this file's folder"),
-            );
+        Err(problem) => {
+            problems.push(*problem);
             None
         }
     }
+}
+
+/// Returns the path and the text of the file that the model file names: a path, or `package://`.
+fn find(
+    what: &str,
+    model_path: &str,
+    name: Name<'_>,
+    packages: &[String],
+    files: &dyn Files,
+) -> Result<(String, String), Box<Problem>> {
+    let mut tried = Vec::new();
+    for path in Meshes::new(files, packages.to_vec(), false).paths(model_path, name.text) {
+        match files.read(&path) {
+            Ok(text) => return Ok((path, text)),
+            Err(why) => tried.push(format!("`{path}`: {why}")),
+        }
+    }
+    let (message, help) = if name.text.starts_with("package:") {
+        let tried = tried.join("; ");
+        (
+            format!("there is no {what} `{}`", name.text),
+            format!("name the folder that holds the package in `packages`, or in ROS_PACKAGE_PATH; tried {tried}"),
+        )
+    } else {
+        (
+            format!("can't read the {what} {}", tried.join("; ")),
+            "the path is relative to this file's folder".to_string(),
+        )
+    };
+    Err(Box::new(
+        Problem::error("world::unreadable-file", message, name.span, "").help(help),
+    ))
 }
 
 /// Returns `path` relative to the folder of `file`; an absolute path stays.
@@ -175,21 +239,28 @@ pub fn beside(file: &str, path: &str) -> String {
     }
 }
 
-fn fill(root: &Table<'_>, robot: urdf::Robot, file: FileId, problems: &mut Problems) -> Model {
+fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problems: &mut Problems) -> Model {
     let urdf::Robot { mut tree, bodies } = robot;
     accelerations(root, &mut tree, problems);
-    let arms = arms(root, &tree, problems);
+    let arms = arms(root, &tree, srdf, problems);
     let base = base_kind(root, problems);
     let camera = root
         .table("camera", "`[camera]`", problems)
         .and_then(|t| camera(&t, &tree, problems));
     let mut postures = IndexMap::new();
+    for (name, values) in &srdf.postures {
+        let mut q = neutral(&tree);
+        for (dof, value) in values {
+            q[*dof] = *value;
+        }
+        postures.insert(name.clone(), q);
+    }
     for (name, table) in root.named_tables("postures", "posture", problems) {
         let mut q = neutral(&tree);
         set_joints(&table, &tree, &mut q, problems);
         postures.insert(name.text.to_string(), q);
     }
-    let mut allowed = BTreeSet::new();
+    let mut allowed: BTreeSet<(usize, usize)> = srdf.may_touch.iter().copied().collect();
     for pair in root.array("may_touch", problems).unwrap_or_default() {
         let what = "an entry of `may_touch`";
         let Some(names) = pair.array(file, what, problems) else {
@@ -365,12 +436,12 @@ fn accelerations(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
     }
 }
 
-fn arms(root: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Vec<Arm> {
+fn arms(root: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> Vec<Arm> {
     let tables = root.named_tables("arms", "arm", problems);
     let mut arms = Vec::new();
     let n = tables.len();
     for (name, table) in &tables {
-        arms.extend(arm(name.text, table, tree, problems));
+        arms.extend(arm(name.text, table, tree, srdf, problems));
     }
     if n > 2
         && let Some((name, _)) = tables.get(2)
@@ -385,12 +456,53 @@ fn arms(root: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Vec<Arm> {
     arms
 }
 
-fn arm(name: &str, table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Arm> {
-    table.only(&["base_link", "tip_link", "tool", "gripper", "hand_links"], problems);
-    let base = table.needed_text("base_link", "base_link = \"torso\"", problems);
-    let tip = table.needed_text("tip_link", "tip_link = \"hand\"", problems);
-    let base_link = base.and_then(|n| find_link(tree, n, &table.place, problems));
-    let tip_link = tip.and_then(|n| find_link(tree, n, &table.place, problems));
+/// Returns the two links between which the arm is: those that the table names, or the ends of its group.
+fn ends(table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> (Option<usize>, Option<usize>) {
+    let group = table.text("group", problems);
+    let ends = group.and_then(|group| {
+        let found = srdf.chains.get(group.text).copied();
+        if found.is_none() {
+            let known = srdf.chains.keys().map(String::as_str);
+            let problem = if srdf.groups.iter().any(|g| g == group.text) {
+                let message = format!("group `{}` of {} is no chain of joints", group.text, table.place);
+                Problem::error("world::unknown-group", message, group.span, "")
+                    .help("give `base_link` and `tip_link` instead")
+            } else {
+                problems::unknown_name(
+                    "world::unknown-group",
+                    "group",
+                    group.text,
+                    &table.place,
+                    known,
+                    group.span,
+                )
+            };
+            problems.push(problem);
+        }
+        found
+    });
+    let mut link = |key: &str, example: &str, of_group: Option<usize>| {
+        let name = if group.is_some() {
+            table.text(key, problems)
+        } else {
+            table.needed_text(key, example, problems)
+        };
+        match name {
+            Some(name) => find_link(tree, name, &table.place, problems),
+            None => of_group,
+        }
+    };
+    let base = link("base_link", "base_link = \"torso\"", ends.map(|e| e.0));
+    let tip = link("tip_link", "tip_link = \"hand\"", ends.map(|e| e.1));
+    (base, tip)
+}
+
+fn arm(name: &str, table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> Option<Arm> {
+    table.only(
+        &["group", "base_link", "tip_link", "tool", "gripper", "hand_links"],
+        problems,
+    );
+    let (base_link, tip_link) = ends(table, tree, srdf, problems);
     let tool = table.table("tool", &format!("`tool` of {}", table.place), problems);
     let X_LT = tool.map_or_else(Pose::identity, |t| {
         t.only(&pose::KEYS, problems);
@@ -419,7 +531,10 @@ fn arm(name: &str, table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> O
                     "{} can't reach from `{}` to `{}`",
                     table.place, tree.links[base_link], tree.links[tip_link]
                 ),
-                tip.map_or(table.span, |t| t.span),
+                table
+                    .get("tip_link")
+                    .or(table.get("group"))
+                    .map_or(table.span, |t| t.span),
                 "does not hang on the base link",
             )
             .help("`tip_link` must be a descendant of `base_link`, with a movable joint between them"),
@@ -520,7 +635,8 @@ fn gripper(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Gr
         ));
         return None;
     }
-    (!dofs.is_empty()).then_some(Gripper {
+    // `joints = {}`: the fingers move in the world, though not in the URDF.
+    (!dofs.is_empty() || joints.entries().next().is_none()).then_some(Gripper {
         dofs,
         open,
         closed,

@@ -19,6 +19,7 @@ use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::Tree;
 use crate::source::{FileId, Span};
 use look::Places;
+pub use look::offset;
 
 /// What a URDF says.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use sgap::diag::render;
-use sgap::engine::{self, Aim, Budget, Cuts, Outcome};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Outcome};
 use sgap::grp::{self, Grp};
 use sgap::ir::{Domain, Goal};
 use sgap::load::{Input, Paths, load_paths};
@@ -122,7 +122,8 @@ pub fn plan(case: &Case<'_>) -> Planned {
         None => &mut granted,
     };
     let settings = engine::Settings {
-        branching: case.branching,
+        branching: Branching::Fixed(case.branching),
+        strategy: engine::Strategy::DepthFirst,
         aim: if case.best { Aim::Best } else { Aim::First },
         interleave: domain.settings.interleave,
         cuts: Cuts::On,

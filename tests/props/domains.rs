@@ -120,16 +120,39 @@ impl Scope {
     }
 
     fn test(&self, c: &mut Choices<'_>) -> String {
-        let kinds = if self.nest > 0 { 10 } else { 6 };
+        let kinds = if self.nest > 0 { 13 } else { 9 };
         match c.below(kinds) {
+            6 => format!(
+                "{}.believes({}.kept {} {}); ",
+                self.agent(c),
+                self.object(c),
+                c.one(&["!=", "=="]),
+                match c.below(3) {
+                    0 => "unknown".into(),
+                    1 => "NULL".into(),
+                    _ => self.place(c),
+                }
+            ),
+            7 => format!(
+                "NOT{{ {}.believes({} !>> {}.fans); }}; ",
+                self.agent(c),
+                self.agent(c),
+                self.object(c)
+            ),
+            8 => format!(
+                "{}.believes({}.kept == {}.kept); ",
+                self.agent(c),
+                self.object(c),
+                self.object(c)
+            ),
             0 => format!("{} != {}; ", self.object(c), self.object(c)),
             1 => format!("{}.at {} {}; ", self.object(c), c.one(&["!=", "=="]), self.place(c)),
             2 => format!("{} {} {}; ", self.number(c), c.one(&["<=", ">", "!="]), self.number(c)),
             3 => format!("{} {} {}; ", self.agent(c), c.one(&["!>>", ">>"]), self.set(c)),
             4 => format!("{}.done != true; ", self.object(c)),
             5 => format!("{}.holds == {}; ", self.agent(c), c.one(&["NULL", "CUP"])),
-            6 => format!("NOT{{ {} }}; ", self.test(c)),
-            7 => {
+            9 => format!("NOT{{ {} }}; ", self.test(c)),
+            10 => {
                 let inner = Scope {
                     nest: self.nest - 1,
                     ..self.clone()
@@ -138,7 +161,7 @@ impl Scope {
             }
             kind => {
                 let (var, inner) = self.deeper();
-                let word = if kind == 8 { "FORALL" } else { "EXIST" };
+                let word = if kind == 11 { "FORALL" } else { "EXIST" };
                 format!(
                     "{word}(Object {var}, {{ {} }}, {{ {} }}); ",
                     inner.test(c),
@@ -149,8 +172,20 @@ impl Scope {
     }
 
     fn effect(&self, c: &mut Choices<'_>) -> String {
-        let kinds = if self.nest > 0 { 11 } else { 9 };
+        let kinds = if self.nest > 0 { 14 } else { 12 };
         match c.below(kinds) {
+            9 => format!("{}.kept = {}; ", self.object(c), self.place(c)),
+            10 => format!("{}.fans {} {}; ", self.object(c), c.one(&["<<=", "=>>"]), self.agent(c)),
+            11 => format!(
+                "{}.believes({}.kept = {}); ",
+                self.agent(c),
+                self.object(c),
+                match c.below(3) {
+                    0 => "unknown".into(),
+                    1 => format!("{}.kept", self.object(c)),
+                    _ => self.place(c),
+                }
+            ),
             7 => format!("{}.with({}) = {}; ", self.agent(c), self.object(c), self.object(c)),
             8 => format!(
                 "{}.seen({}, {}) {} {}; ",
@@ -172,7 +207,7 @@ impl Scope {
             ),
             5 => format!("{}.users = {}; ", self.object(c), self.set(c)),
             6 => format!("{}.helper = {}; ", self.agent(c), c.one(&["NULL", "A", "H"])),
-            9 => {
+            12 => {
                 let inner = Scope {
                     nest: self.nest - 1,
                     ..self.clone()
@@ -294,15 +329,23 @@ pub fn domain(choices: &[u16], kind: Kind) -> String {
     let methods: String = (0..N_METHODS).map(|i| method(i, c)).collect();
     let actions: String = (0..N_ACTIONS).map(|i| action(i, c)).collect();
     let initial = initial(c);
+    let sees = c.one(&[
+        "B >> O.users",
+        "B.helper != NULL",
+        "O.at == TABLE",
+        "B.believes(O.kept == TABLE)",
+    ]);
     format!(
         "factdatabase {{
   define entityType Object;
   define entityType Place;
   define entityAttributes Agent {{ dynamic atom Object holds; dynamic atom Agent helper; dynamic atom number count; dynamic atom Object with(Object); }}
-  define entityAttributes Object {{ dynamic atom Place at {on}; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users {reachable}; dynamic set Agent seen(Object, Place At); }}
+  define entityAttributes Object {{ dynamic atom Place at {on}; dynamic atom bool done; dynamic atom number weight; dynamic set Agent users {reachable}; dynamic set Agent seen(Object, Place At); dynamic atom Place kept per agent; dynamic set Agent fans per agent; }}
   R = new Agent; H = new Agent; CUP = new Object; BOX = new Object; TABLE = new Place; SHELF = new Place;
   CUP.weight = 2; BOX.weight = 1; R.count = 2; H.count = 3; R.helper = H; R.holds = BOX; {initial}
+  CUP.kept = SHELF; H.believes(BOX.kept = TABLE); H.believes(BOX.fans = unknown);
 }}
+fact observes(Agent B, Object O) {{ OR{{ B.holds == O; }}{{ {sees}; }} }}
 HTN {{
 {actions}{methods}}}
 "

@@ -1,6 +1,6 @@
 //! Projections, alternatives and shared attributes.
 
-use sgap::engine::{Ending, Settings, Truncated};
+use sgap::engine::{Branching, Ending, Settings, Truncated};
 
 use crate::reasoner::{Scripted, solution};
 use crate::run::{BEST, FIRST, Run, run};
@@ -47,7 +47,14 @@ const PUT_AND_FAIL: &str = "method Go(Agent A) { { subtasks { 1: Put(A, CUP, SHE
 #[test]
 fn as_many_solutions_are_asked_for_as_the_branching_factor_says() {
     for branching in 1..=4 {
-        let run = plan(PUT_AND_FAIL, five_places(), &Settings { branching, ..FIRST });
+        let run = plan(
+            PUT_AND_FAIL,
+            five_places(),
+            &Settings {
+                branching: Branching::Fixed(branching),
+                ..FIRST
+            },
+        );
         let mut expected = vec!["project place(R, CUP, SHELF)".to_owned()];
         expected.extend((1..branching).map(|i| format!("alternative {i} place(R, CUP, SHELF)")));
         assert_eq!(run.reasoner.asked, expected);
@@ -67,7 +74,14 @@ fn as_many_solutions_are_asked_for_as_the_branching_factor_says() {
 /// When geometry says that there are no more, nothing was cut short.
 #[test]
 fn a_search_that_has_seen_all_alternatives_is_exhausted() {
-    let run = plan(PUT_AND_FAIL, five_places(), &Settings { branching: 9, ..FIRST });
+    let run = plan(
+        PUT_AND_FAIL,
+        five_places(),
+        &Settings {
+            branching: Branching::Fixed(9),
+            ..FIRST
+        },
+    );
     assert_eq!(run.reasoner.asked.len(), 6);
     assert!(run.is_exhausted());
     assert_eq!(
@@ -83,7 +97,14 @@ fn a_search_that_has_seen_all_alternatives_is_exhausted() {
 fn geometry_that_gives_up_cuts_the_search_short() {
     let mut reasoner = five_places();
     reasoner.gives_up = vec!["place(R, CUP, SHELF)".into()];
-    let run = plan(PUT_AND_FAIL, reasoner, &Settings { branching: 9, ..FIRST });
+    let run = plan(
+        PUT_AND_FAIL,
+        reasoner,
+        &Settings {
+            branching: Branching::Fixed(9),
+            ..FIRST
+        },
+    );
     let cut = Truncated {
         geometry: 1,
         ..Truncated::default()
@@ -96,7 +117,14 @@ fn an_action_may_set_its_own_number_of_alternatives() {
     let tasks = "action Place(Agent A) { projects { place(A, CUP, SHELF) }; alternatives { 2 }; }
          method Go(Agent A) { { subtasks { 1: Place(A); 2: Never(A) > 1; }; } }";
     for branching in [1, 4] {
-        let run = plan(tasks, five_places(), &Settings { branching, ..FIRST });
+        let run = plan(
+            tasks,
+            five_places(),
+            &Settings {
+                branching: Branching::Fixed(branching),
+                ..FIRST
+            },
+        );
         assert_eq!(
             run.reasoner.asked,
             ["project place(R, CUP, SHELF)", "alternative 1 place(R, CUP, SHELF)"]
@@ -117,7 +145,14 @@ fn alternatives_of_two_actions_are_tried_like_an_odometer() {
             vec![solution(0.0, 0.0, "R.holds ="), solution(0.0, 0.0, "R.holds =")],
         );
     let tasks = "method Go(Agent A) { { subtasks { 1: Take(A, CUP); 2: Put(A, CUP, SHELF) > 1; 3: Never(A) > 2; }; } }";
-    let run = plan(tasks, reasoner, &Settings { branching: 2, ..FIRST });
+    let run = plan(
+        tasks,
+        reasoner,
+        &Settings {
+            branching: Branching::Fixed(2),
+            ..FIRST
+        },
+    );
     assert_eq!(
         run.reasoner.asked,
         [
@@ -303,7 +338,14 @@ fn a_ramification_brings_the_search_back_into_earlier_alternatives() {
                 solution(0.0, 0.0, "BOX.users = H"),
             ],
         );
-    let run = plan(both, reasoner, &Settings { branching: 2, ..FIRST });
+    let run = plan(
+        both,
+        reasoner,
+        &Settings {
+            branching: Branching::Fixed(2),
+            ..FIRST
+        },
+    );
     let found = run.outcome.found.as_ref().unwrap();
     let alternatives: Vec<u32> = found
         .steps

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use sgap::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use sgap::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
-use sgap::plan::ActionRefusal;
+use sgap::plan::{ActionRefusal, Geometry};
 
 /// Members of each fact by the attribute that reads it: `CUP.isReachable` to `[R, H]`.
 pub type World = BTreeMap<String, Vec<String>>;
@@ -139,6 +139,25 @@ impl Reasoner for Scripted {
         let gas = GasNum(u32::try_from(self.gases.len()).unwrap());
         self.gases.push(Gas { call, state, world });
         self.solve(gas, 0)
+    }
+
+    /// A document says which of the script's solutions it has.
+    fn adopt(
+        &mut self,
+        domain: &Domain,
+        call: &Call<'_>,
+        known: Option<&Geometry>,
+    ) -> Result<Projection, ActionRefusal> {
+        let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
+        let call = format!("{}({})", call.name, args.join(", "));
+        let Some(known) = known else {
+            return Err(ActionRefusal::not_applicable(call, "no motions".into()));
+        };
+        self.asked.push(format!("adopt {} {call}", known.alternative));
+        let (state, world) = self.current().clone();
+        let gas = GasNum(u32::try_from(self.gases.len()).unwrap());
+        self.gases.push(Gas { call, state, world });
+        self.solve(gas, known.alternative)
     }
 
     fn request(&mut self, _: &Domain, _: &Request<'_>) -> Option<Value> {

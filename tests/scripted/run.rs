@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use sgap::check::{self, Given};
 use sgap::diag::render::render;
-use sgap::engine::{self, Aim, Budget, Cuts, Ending, Found, Outcome, Settings};
+use sgap::engine::{self, Aim, Branching, Budget, Cuts, Ending, Found, Hooks, Kept, Outcome, Settings, Strategy};
 use sgap::ir::{Domain, Goal};
 use sgap::plan::Plan;
 use sgap::source::Sources;
@@ -16,7 +16,8 @@ use crate::reasoner::Scripted;
 
 /// First plan, three alternatives, and no budget that a small domain could reach.
 pub const FIRST: Settings = Settings {
-    branching: 3,
+    branching: Branching::Fixed(3),
+    strategy: Strategy::DepthFirst,
     aim: Aim::First,
     interleave: false,
     cuts: Cuts::On,
@@ -71,15 +72,24 @@ pub fn run(text: &str, task: &str, reasoner: Scripted, settings: &Settings) -> R
 }
 
 /// Plans a goal of a compiled domain.
-pub fn solve(domain: Domain, goal: Goal, mut reasoner: Scripted, settings: &Settings) -> Run {
+pub fn solve(domain: Domain, goal: Goal, reasoner: Scripted, settings: &Settings) -> Run {
+    repair(domain, goal, &[], reasoner, settings)
+}
+
+/// Plans a goal with what is kept first.
+pub fn repair(domain: Domain, goal: Goal, kept: &[Kept], mut reasoner: Scripted, settings: &Settings) -> Run {
     let mut announced = Vec::new();
-    let outcome = engine::solve(
+    let outcome = engine::repair(
         &domain,
         &goal,
+        kept,
         &mut reasoner,
         settings,
-        &AtomicBool::new(false),
-        &mut |found, _| announced.push((actions(&domain, found).join(" "), found.cost)),
+        Hooks {
+            stop: &AtomicBool::new(false),
+            on_plan: &mut |found, _| announced.push((actions(&domain, found).join(" "), found.cost)),
+            observer: None,
+        },
     );
     assert!(reasoner.is_at_start(), "the world is left as it was found");
     Run {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use sgap::engine::{self, Aim, Budget, Ending, Settings, Truncated};
+use sgap::engine::{self, Aim, Branching, Budget, Ending, Settings, Truncated};
 use sgap::plan::Node;
 
 use crate::domain::{every_object, text};
@@ -11,7 +11,10 @@ use crate::run::{BEST, FIRST, compile, goal, run, symbolic};
 
 /// Plans `Go(R)` where every `Look` is granted once, without alternatives; returns what was looked at, in order.
 fn looked(methods: &str) -> String {
-    let settings = Settings { branching: 1, ..FIRST };
+    let settings = Settings {
+        branching: Branching::Fixed(1),
+        ..FIRST
+    };
     run(&text(methods), "Go(R)", every_object(), &settings).tried()
 }
 
@@ -28,7 +31,10 @@ fn all_decompositions_are_tried_in_file_order() {
         ),
         "Go(R)",
         every_object(),
-        &Settings { branching: 1, ..FIRST },
+        &Settings {
+            branching: Branching::Fixed(1),
+            ..FIRST
+        },
     );
     assert_eq!(run.tried(), "PEN CUP BOX");
     assert_eq!(run.plan(), "Look(R,BOX)");

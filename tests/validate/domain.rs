@@ -138,6 +138,7 @@ pub fn domain() -> Domain {
             base,
             fact: fact.map(String::from),
             arguments: Vec::new(),
+            believer: None,
             slots,
         });
     }

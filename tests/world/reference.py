@@ -62,11 +62,16 @@ def write(path, urdf, links, seed, count, names=None):
         out.write("\n")
 
 
-write("pr2_fk.json", "worlds/models/pr2.urdf", None, 1, 6)
-write("human_fk.json", "worlds/models/human.urdf", None, 2, 6)
-if len(sys.argv) > 1:
-    arm = ["shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "forearm_roll", "wrist_flex", "wrist_roll"]
-    names = {f"{side}_{joint}_joint" for side in "lr" for joint in arm}
-    names |= {"torso_lift_joint", "head_pan_joint", "head_tilt_joint"}
-    links = ["torso_lift_link", "head_tilt_link", "l_gripper_palm_link", "r_gripper_palm_link"]
-    write("pr2_published.json", sys.argv[1], links, 3, 12, names)
+def main():
+    write("pr2_fk.json", "worlds/models/pr2.urdf", None, 1, 6)
+    write("human_fk.json", "worlds/models/human.urdf", None, 2, 6)
+    if len(sys.argv) > 1:
+        arm = ["shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "forearm_roll", "wrist_flex", "wrist_roll"]
+        names = {f"{side}_{joint}_joint" for side in "lr" for joint in arm}
+        names |= {"torso_lift_joint", "head_pan_joint", "head_tilt_joint"}
+        links = ["torso_lift_link", "head_tilt_link", "l_gripper_palm_link", "r_gripper_palm_link"]
+        write("pr2_published.json", sys.argv[1], links, 3, 12, names)
+
+
+if __name__ == "__main__":
+    main()

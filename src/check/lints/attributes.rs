@@ -23,6 +23,8 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
         read.expr(&action.duration.0);
         read.expr(&action.duration.1);
     }
+    let observes = domain.beliefs.iter().filter_map(|b| b.observes.as_ref());
+    observes.for_each(|o| read.test(&o.body));
     for fact in &domain.facts {
         read.test(&fact.body);
     }
@@ -55,7 +57,7 @@ pub(super) fn lint(linted: &Linted<'_>, problems: &mut Problems) {
             Value::Null => true,
             Value::Set(set) => set.is_empty(),
             Value::Scalars(set) => set.is_empty(),
-            Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
+            Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
         };
         if !is_unset {
             set.insert(slot.attribute);

@@ -46,9 +46,9 @@ fn undoes(action: &Action, args: &[Expr], goal: &Test) -> Option<(usize, Attribu
             Effect::Assign {
                 entity,
                 attribute: changed,
+                args: of,
                 value: new,
-                ..
-            } if *changed == attribute => {
+            } if *changed == attribute && of.is_empty() => {
                 let (entity, new) = (replaced(entity, args), replaced(new, args));
                 let is_false = match wanted {
                     Wanted::Equal => new.is_some_and(|new| differ(&new, value)),

@@ -306,7 +306,7 @@ impl Eval<'_> {
                     Value::Null => true,
                     Value::Set(set) => set.is_empty(),
                     Value::Scalars(set) => set.is_empty(),
-                    Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
+                    Value::Unknown | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Entity(_) => false,
                 };
                 (self.has_world || !is_unset).then_some(value)
             }

@@ -38,6 +38,10 @@ pub(super) fn names_of_tests<'a>(tests: &'a [Test], f: &mut dyn FnMut(&'a Name))
                 names_of_expr(right, f);
             }
             TestKind::Holds(expr) => names_of_expr(expr, f),
+            TestKind::Believes(agent, test) => {
+                names_of_path(agent, f);
+                names_of_tests(std::slice::from_ref(test), f);
+            }
         }
     }
 }
@@ -47,6 +51,7 @@ pub(super) fn names_of_effects<'a>(effects: &'a [Effect], f: &mut dyn FnMut(&'a 
     for effect in effects {
         match effect {
             Effect::Assign(assignment) => {
+                assignment.believer.iter().for_each(|b| names_of_path(b, f));
                 names_of_path(&assignment.target, f);
                 names_of_expr(&assignment.value, f);
             }
@@ -90,7 +95,7 @@ pub(super) fn quantified_in_tests<'a>(tests: &'a [Test], f: &mut dyn FnMut(&'a N
                 quantified_in_tests(guard, f);
                 quantified_in_tests(body, f);
             }
-            TestKind::Compare { .. } | TestKind::Holds(_) => {}
+            TestKind::Compare { .. } | TestKind::Holds(_) | TestKind::Believes(..) => {}
         }
     }
 }

@@ -235,6 +235,6 @@ fn is_of_type(domain: &Domain, var: &Param, value: &Value) -> bool {
     match value {
         Value::Entity(e) => is_one(*e),
         Value::Set(set) => set.iter().all(is_one),
-        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) => true,
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => true,
     }
 }

@@ -94,8 +94,7 @@ impl Reader<'_> {
             }
         }
         if !has_task {
-            let title = sections.first().map_or(place, |(.., span)| *span);
-            self.problems.push(problems::no_task(title));
+            self.problems.push(problems::no_task(place));
         }
     }
 

@@ -107,8 +107,13 @@ impl Index {
         let fact = attribute.fact.as_ref();
         let fact = fact.map_or_else(String::new, |f| format!(" = fact {}", f.text));
         let params = attribute.params_as_written();
+        let agents = if attribute.per_agent.is_some() {
+            " per agent"
+        } else {
+            ""
+        };
         let head = format!(
-            "{how} {many} {} {}{params}{fact}",
+            "{how} {many} {} {}{params}{agents}{fact}",
             attribute.base.text, attribute.name.text
         );
         let id = self.declared(Kind::Attribute, &attribute.name, attribute.span, head);

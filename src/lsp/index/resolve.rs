@@ -281,6 +281,10 @@ impl Walk<'_> {
                 self.expr(right);
             }
             TestKind::Holds(expr) => self.expr(expr),
+            TestKind::Believes(agent, test) => {
+                self.path(agent);
+                self.tests(std::slice::from_ref(test));
+            }
         }
     }
 
@@ -307,6 +311,9 @@ impl Walk<'_> {
     }
 
     fn assignment(&mut self, assignment: &Assignment) {
+        if let Some(believer) = &assignment.believer {
+            self.path(believer);
+        }
         self.path(&assignment.target);
         let last = assignment.target.steps.last().map(|s| s.name.span);
         if let Some(written) = self.index.occurrences.last_mut().filter(|o| Some(o.span) == last) {

@@ -2,6 +2,7 @@
 
 use pest::iterators::{Pair, Pairs};
 
+use super::belief::belief;
 use super::parts::parts;
 use super::{Place, Rule};
 use crate::diag::{Problem, Problems};
@@ -19,7 +20,7 @@ pub(super) struct Builder<'p> {
     place: &'p Place<'p>,
     /// Where the part starts in the text that the grammar sees [bytes].
     start: usize,
-    problems: &'p mut Problems,
+    pub(super) problems: &'p mut Problems,
     /// Within an expression, and how many operators it has had so far.
     is_inside: bool,
     n_operators: usize,
@@ -103,6 +104,10 @@ impl<'p> Builder<'p> {
                 }
             }
             Rule::initial => Item::Initial(self.assignment(pair)),
+            Rule::told => match self.told(pair) {
+                Some(told) => Item::Initial(told),
+                None => return,
+            },
             Rule::action => {
                 let mut p = parts(pair);
                 Item::Action(Action {
@@ -194,6 +199,7 @@ impl<'p> Builder<'p> {
         let params = params.map_or_else(Vec::new, |params| {
             parts(params).map(|param| self.attribute_param(param)).collect()
         });
+        let per_agent = p.take_if(Rule::per_agent).map(|per_agent| self.span(&per_agent));
         let fact = p.find(|f| f.as_rule() == Rule::ident).map(|f| self.name(f));
         Attribute {
             is_static,
@@ -201,6 +207,7 @@ impl<'p> Builder<'p> {
             base,
             name,
             params,
+            per_agent,
             fact,
             span,
         }
@@ -367,7 +374,11 @@ impl<'p> Builder<'p> {
                 }
             }
             Rule::comparison => {
-                let left = self.expr(p.want());
+                let left = p.want();
+                if let Some(belief) = belief(&left).filter(|_| p.is_last()) {
+                    return self.believed(belief, span);
+                }
+                let left = self.expr(left);
                 match p.next() {
                     None => TestKind::Holds(left),
                     Some(op) => TestKind::Compare {
@@ -382,7 +393,7 @@ impl<'p> Builder<'p> {
         Test { kind, span }
     }
 
-    fn test_op(&mut self, pair: &Pair<'_, Rule>) -> TestOp {
+    pub(super) fn test_op(&mut self, pair: &Pair<'_, Rule>) -> TestOp {
         match pair.as_str() {
             "==" => TestOp::Equal,
             "!=" => TestOp::NotEqual,
@@ -403,13 +414,16 @@ impl<'p> Builder<'p> {
     }
 
     fn effects(&mut self, block: Pair<'_, Rule>) -> Vec<Effect> {
-        parts(block).map(|e| self.effect(parts(e).want())).collect()
+        let effects: Vec<Option<Effect>> = parts(block).map(|e| self.effect(parts(e).want())).collect();
+        effects.into_iter().flatten().collect()
     }
 
-    fn effect(&mut self, pair: Pair<'_, Rule>) -> Effect {
+    /// Returns the effect; `None` where nothing is set, which has been reported.
+    fn effect(&mut self, pair: Pair<'_, Rule>) -> Option<Effect> {
         let span = self.span(&pair);
-        match pair.as_rule() {
+        Some(match pair.as_rule() {
             Rule::assignment => Effect::Assign(self.assignment(pair)),
+            Rule::told => Effect::Assign(self.told(pair)?),
             Rule::forall_effect => {
                 let mut p = parts(pair);
                 Effect::Forall {
@@ -430,15 +444,26 @@ impl<'p> Builder<'p> {
                 }
             }
             other => unreachable!("builder: {other:?} is no effect"),
-        }
+        })
     }
 
     fn assignment(&mut self, pair: Pair<'_, Rule>) -> Assignment {
         let span = self.span(&pair);
         let mut p = parts(pair);
         let target = self.path(p.want());
-        let op = p.want();
-        let op_span = self.span(&op);
+        let (op, op_span) = self.assign_op(&p.want());
+        Assignment {
+            believer: None,
+            target,
+            op,
+            op_span,
+            value: self.expr(p.want()),
+            span,
+        }
+    }
+
+    pub(super) fn assign_op(&mut self, op: &Pair<'_, Rule>) -> (AssignOp, Span) {
+        let op_span = self.span(op);
         let op = match op.as_str() {
             "<<=" => AssignOp::Add,
             "=>>" => AssignOp::Remove,
@@ -450,36 +475,50 @@ impl<'p> Builder<'p> {
             }
             _ => AssignOp::Set,
         };
-        Assignment {
-            target,
-            op,
-            op_span,
-            value: self.expr(p.want()),
-            span,
-        }
+        (op, op_span)
     }
 
-    fn path(&mut self, pair: Pair<'_, Rule>) -> Path {
+    pub(super) fn path(&mut self, pair: Pair<'_, Rule>) -> Path {
         let span = self.span(&pair);
-        let mut p = parts(pair);
-        let root = self.name(p.want());
-        let mut steps: Vec<PathStep> = Vec::new();
-        while let Some(word) = p.next() {
-            let name = self.name(word);
-            let (mut args, mut span) = (Vec::new(), name.span);
-            if let Some(pair) = p.take_if(Rule::step_args) {
-                span = span.to(self.span(&pair));
-                args = parts(pair).map(|a| self.expr(a)).collect();
-            }
-            steps.push(PathStep { name, args, span });
-        }
-        if steps.len() > MAX_STEPS {
+        let path = self.path_of(parts(pair), span);
+        if path.steps.len() > MAX_STEPS {
             let message = format!("a path has more than {MAX_STEPS} steps");
             let problem = Problem::error("hatp::too-large", message, span, "this path");
             self.problems.push(problem.help("name a part of it with `let`"));
-            steps.truncate(MAX_STEPS);
         }
+        path
+    }
+
+    /// Returns the path that these words and arguments are.
+    pub(super) fn path_of<'i>(&mut self, words: impl Iterator<Item = Pair<'i, Rule>>, span: Span) -> Path {
+        let mut words = words.peekable();
+        let root = words.next().map(|root| self.name(root));
+        let mut steps: Vec<PathStep> = Vec::new();
+        while let Some(word) = words.next() {
+            let name = self.name(word);
+            let (mut args, mut span) = (Vec::new(), name.span);
+            if let Some(pair) = words.next_if(|p| p.as_rule() == Rule::step_args) {
+                span = span.to(self.span(&pair));
+                args = self.step_args(pair);
+            }
+            if steps.len() < MAX_STEPS + 1 {
+                steps.push(PathStep { name, args, span });
+            }
+        }
+        let root = root.unwrap_or_else(|| unreachable!("builder: a path has a first word"));
         Path { root, steps, span }
+    }
+
+    fn step_args(&mut self, pair: Pair<'_, Rule>) -> Vec<Expr> {
+        let mut args = Vec::new();
+        for part in parts(pair) {
+            if part.as_rule() == Rule::belief_op {
+                self.stray_belief(&part);
+            } else {
+                args.push(self.expr(part));
+            }
+        }
+        args
     }
 
     pub(super) fn call(&mut self, pair: Pair<'_, Rule>) -> Call {

@@ -20,6 +20,12 @@ impl<'i> Parts<'i> {
         }
     }
 
+    /// Says whether no part is left.
+    pub(super) fn is_last(&mut self) -> bool {
+        self.next = self.next();
+        self.next.is_none()
+    }
+
     /// Returns the next part if it is of that rule.
     pub(super) fn take_if(&mut self, rule: Rule) -> Option<Pair<'i, Rule>> {
         self.next = self.next();
@@ -67,6 +73,8 @@ fn is_fixed(rule: Rule) -> bool {
             | Rule::kw_entity_type
             | Rule::kw_entity_attributes
             | Rule::kw_fact
+            | Rule::kw_per
+            | Rule::kw_agent
             | Rule::kw_request
             | Rule::kw_settings
             | Rule::kw_social

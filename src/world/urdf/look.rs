@@ -183,7 +183,7 @@ struct Look {
 }
 
 /// Returns the byte offset of a row and column, both counted from 1, columns in characters.
-fn offset(text: &str, pos: roxmltree::TextPos) -> usize {
+pub fn offset(text: &str, pos: roxmltree::TextPos) -> usize {
     let mut rest = text;
     let mut at = 0;
     for _ in 1..pos.row {
