@@ -139,7 +139,7 @@ const DAMAGES: &[Damage] = &[
     (
         "a change is left out",
         |plan| {
-            plan.actions[1].changes.shift_remove("RED_CUBE.isOn");
+            plan.actions[1].changes.remove("RED_CUBE.isOn");
         },
         "fact-contradicted",
         Some(1),

@@ -484,7 +484,7 @@ fn plan(path: &Path) -> Outcome {
             }
             shown.push_str("\nchanges\n");
             for action in &plan.actions {
-                for (slot, value) in &action.changes {
+                for (slot, value) in action.changes.iter() {
                     writeln!(shown, "  {}  {slot} = {value}", action.index)?;
                 }
             }

@@ -39,7 +39,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         Ok(text) => text,
         Err(problems) => return options.problems.report(problems, &sources, None, To::Error),
     };
-    deliver(options.output.as_deref(), &text)?;
+    deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &options.output {
         say(&format!("plan it with: sgap plan {} --task '{task}'\n", path.display()));
     }

@@ -32,7 +32,7 @@ use sgap::load::{Input, Paths, check_domain, load_paths};
 use sgap::plan::Plan;
 use sgap::planner::{self, Disk};
 use sgap::report::json;
-use sgap::source::{Files, Sources};
+use sgap::source::Sources;
 use sgap::world::World;
 
 /// Exit codes, documented in `docs/exit-codes.md`.
@@ -240,10 +240,12 @@ fn load_world(path: &Path, options: &ProblemOptions) -> Result<World, Failure> {
 /// Reads a plan as `sgap plan --json` writes it.
 fn read_plan(path: &Path) -> Result<Plan, Failure> {
     let path = path.to_string_lossy();
-    Disk.read(&path).and_then(|text| json::read(&text)).or_else(|why| {
-        let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
-        report(Problems(vec![problem]), &Sources::default(), None)
-    })
+    Disk::read_plan(&path)
+        .and_then(|text| json::read(&text))
+        .or_else(|why| {
+            let problem = Problem::unplaced("plan::unreadable", format!("can't read the plan `{path}`: {why}"));
+            report(Problems(vec![problem]), &Sources::default(), None)
+        })
 }
 
 /// All that a search or a replay needs.

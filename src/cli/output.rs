@@ -1,6 +1,6 @@
 //! Text out: to the terminal, or to a file that is whole or not there.
 
-use std::io::{IsTerminal, Write};
+use std::io::{BufWriter, IsTerminal, Write};
 use std::path::Path;
 
 /// How a command failed.
@@ -19,8 +19,12 @@ pub(super) fn say(text: &str) {
 
 /// Writes to the standard output. A reader that went away (`| head`) is no error.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    print_by(&mut |out| out.write_all(text.as_bytes()))
+}
+
+fn print_by(write: Writing<'_>) -> Result<(), Failure> {
+    let mut out = BufWriter::with_capacity(BUFFER, std::io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Output(format!("can't write to the standard output: {e}")))
         }
@@ -28,20 +32,32 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// What writes a text bit by bit.
+type Writing<'a> = &'a mut dyn FnMut(&mut dyn Write) -> std::io::Result<()>;
+
+/// Bytes written at once.
+const BUFFER: usize = 1 << 16;
+
 /// Writes a file beside its place and renames it: no half-written file is ever seen.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+    write_file_by(path, &mut |out| out.write_all(text.as_bytes()))
+}
+
+fn write_file_by(path: &Path, write: Writing<'_>) -> Result<(), Failure> {
     check_place(path)?;
-    let write = || -> std::io::Result<()> {
+    let mut buffered = |out: &mut dyn Write| -> std::io::Result<()> {
+        let mut out = BufWriter::with_capacity(BUFFER, out);
+        write(&mut out)?;
+        out.flush()
+    };
+    let mut write = || -> std::io::Result<()> {
         // A link stays a link, and a device is written to, not replaced.
         let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if std::fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
-            return std::fs::OpenOptions::new()
-                .write(true)
-                .open(&target)?
-                .write_all(text.as_bytes());
+            return buffered(&mut std::fs::OpenOptions::new().write(true).open(&target)?);
         }
         let mut file = tempfile::Builder::new().prefix(".sgap-").tempfile_in(folder(&target))?;
-        file.write_all(text.as_bytes())?;
+        buffered(&mut file)?;
         match std::fs::metadata(&target) {
             Ok(old) => file.as_file().set_permissions(old.permissions())?,
             Err(_) => share(file.as_file())?,
@@ -102,10 +118,10 @@ fn share(_: &std::fs::File) -> std::io::Result<()> {
 }
 
 /// Writes to the file if one is named, else to the standard output.
-pub(super) fn deliver(path: Option<&Path>, text: &str) -> Result<(), Failure> {
+pub(super) fn deliver(path: Option<&Path>, write: Writing<'_>) -> Result<(), Failure> {
     match path {
-        Some(path) => write_file(path, text),
-        None => print(text),
+        Some(path) => write_file_by(path, write),
+        None => print_by(write),
     }
 }
 

@@ -73,10 +73,10 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     placements: u32,
     /// Tasks taken up before the search gives up
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     max_expansions: u64,
     /// Methods inside methods before a branch gives up
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
     max_depth: usize,
     /// Seconds before the search ends with the best plan so far
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
@@ -174,20 +174,28 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if let Some(names) = ready.names.as_ref().filter(|_| as_ipc) {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
-        deliver(options.output.as_deref(), &texts.ok_or_else(not_whole)?.join("\n"))?;
+        let text = texts.ok_or_else(not_whole)?.join("\n");
+        deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
         return is_traced;
     }
-    let text = match (options.json, options.search.all, plans.first()) {
-        (true, None, Some(plan)) => json::write(plan).map_err(no_json)?,
-        (true, ..) => json::write_all(&plans).map_err(no_json)?,
-        (false, ..) => plans.iter().map(text::plan).collect::<Vec<_>>().join("\n"),
-    };
-    deliver(options.output.as_deref(), &text)?;
+    let delivered = deliver(options.output.as_deref(), &mut |out| match (
+        options.json,
+        options.search.all,
+        plans.first(),
+    ) {
+        (true, None, Some(plan)) => json::write_to(plan, out),
+        (true, ..) => json::write_all_to(&plans, out),
+        (false, ..) => plans.iter().enumerate().try_for_each(|(i, plan)| {
+            if i > 0 {
+                writeln!(out)?;
+            }
+            text::write_plan(plan, out)
+        }),
+    });
+    // The program ends: to free a long plan piece by piece would take as long as to write it.
+    std::mem::forget(plans);
+    delivered?;
     is_traced
-}
-
-fn no_json(error: impl std::fmt::Display) -> Failure {
-    Failure::Output(format!("can't write the plan as JSON: {error}"))
 }
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.

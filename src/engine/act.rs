@@ -51,7 +51,7 @@ impl Search<'_> {
             return match self
                 .context
                 .reasoner
-                .adopt(domain, &call, next.written.geometry.as_ref())
+                .adopt(domain, &call, next.written.geometry.as_deref())
             {
                 Ok(solution) => self.apply_action(node, Some((point, solution))),
                 Err(refusal) => self.refuse_geometry(node, refusal),
@@ -210,6 +210,12 @@ impl Search<'_> {
             list.dedup();
             self.slots.append(list);
             ends[end] = self.slots.len() as u32;
+        }
+        if self.shared.is_empty() {
+            for slot in &self.slots[ends[1] as usize..] {
+                let value = self.context.state.get(*slot).cloned().unwrap_or_default();
+                self.news.push((*slot, value));
+            }
         }
         ends
     }

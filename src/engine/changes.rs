@@ -1,7 +1,7 @@
 //! What each action of a finished plan changed.
 
 use super::eval::Context;
-use super::outcome::Found;
+use super::outcome::{Found, Step};
 use super::reasoner::Reasoner;
 use super::state::State;
 use crate::ir::{Domain, SlotId, Value};
@@ -54,4 +54,31 @@ pub(super) fn changes(
     }
     reasoner.restore(world);
     (changes, ends)
+}
+
+/// As [`changes`], where no attribute is shared with geometry: of what each step has written, in order, what it has changed.
+pub(super) fn changes_of(
+    domain: &Domain,
+    steps: &[Step],
+    mut written: Vec<(SlotId, Value)>,
+) -> (Vec<(SlotId, Value)>, Vec<usize>) {
+    let mut before = domain.initial.clone();
+    let mut ends = Vec::with_capacity(steps.len());
+    let (mut from, mut kept) = (0, 0);
+    for step in steps {
+        let to = from + (step.slots[2] - step.slots[1]) as usize;
+        for at in from..to {
+            let (slot, value) = &written[at];
+            let old = &mut before[slot.index()];
+            if value != old {
+                old.clone_from(value);
+                written.swap(kept, at);
+                kept += 1;
+            }
+        }
+        from = to;
+        ends.push(kept);
+    }
+    written.truncate(kept);
+    (written, ends)
 }

@@ -5,9 +5,10 @@
 use indexmap::IndexMap;
 
 use super::links::links;
+use super::names::Names;
 use super::outcome::{Found, NONE};
 use super::reasoner::GasRef;
-use crate::ir::{ActionId, Domain, EntityId, Goal, Value};
+use crate::ir::{ActionId, Domain, EntityId, Goal, TaskId, Value};
 use crate::plan::{Action, CostPart, Geometry, Node, Plan, VERSION};
 
 /// Returns the document of a found plan; `geometry` tells the choices and motions of a projection.
@@ -18,20 +19,22 @@ pub fn document(
     seed: u64,
     geometry: &dyn Fn(GasRef) -> Option<Geometry>,
 ) -> Plan {
-    let links = links(found, domain);
+    let mut names = Names::new(domain);
+    let links = links(found, domain, &mut names);
     let mut streams: IndexMap<EntityId, Vec<usize>> = IndexMap::new();
     let mut free_at: Vec<f64> = vec![0.0; domain.entities.len()];
     let mut ready_at: Vec<f64> = vec![0.0; found.steps.len()];
     let mut next_link = 0;
+    let mut acting = Vec::new();
     let mut actions: Vec<Action> = Vec::with_capacity(found.steps.len());
     for (index, step) in found.steps.iter().enumerate() {
-        let agents = agents(found, domain, index);
-        let start = agents
+        list_agents(domain, step.action, found.args(domain, step), &mut acting);
+        let start = acting
             .iter()
             .map(|a| free_at[a.index()])
             .fold(ready_at[index], f64::max);
         let end = start + step.duration.0;
-        for agent in &agents {
+        for agent in &acting {
             free_at[agent.index()] = end;
             streams.entry(*agent).or_default().push(index);
         }
@@ -43,16 +46,16 @@ pub fn document(
         let changes = found.changes(index).iter();
         actions.push(Action {
             index,
-            name: domain.actions[step.action.index()].name.clone(),
-            arguments: show_all(domain, found.args(domain, step)),
-            agents: agents.iter().map(|a| domain.entities[a.index()].name.clone()).collect(),
+            name: names.task(TaskId::Action(step.action)),
+            arguments: names.values(found.args(domain, step)),
+            agents: acting.iter().map(|a| names.value(&Value::Entity(*a))).collect(),
             cost: step.cost,
             duration: [step.duration.0, step.duration.1],
             start,
             end,
-            geometry: step.gas.and_then(geometry),
+            geometry: step.gas.and_then(geometry).map(Box::new),
             changes: changes
-                .map(|(slot, v)| (domain.slot_name(*slot), domain.show(v)))
+                .map(|(slot, value)| (names.slot(*slot), names.value(value)))
                 .collect(),
         });
     }
@@ -71,7 +74,7 @@ pub fn document(
             .map(|(agent, stream)| (domain.entities[agent.index()].name.clone(), stream))
             .collect(),
         links,
-        decomposition: decomposition(found, domain),
+        decomposition: decomposition(found, domain, &mut names),
     }
 }
 
@@ -96,50 +99,44 @@ fn cost_parts(found: &Found, domain: &Domain) -> Vec<CostPart> {
         .collect()
 }
 
-fn show_all(domain: &Domain, values: &[Value]) -> Vec<String> {
-    values.iter().map(|v| domain.show(v)).collect()
-}
-
-/// Returns the agents of a step, each once, the acting one first.
-fn agents(found: &Found, domain: &Domain, index: usize) -> Vec<EntityId> {
-    let step = &found.steps[index];
-    agents_of(domain, step.action, found.args(domain, step))
-}
-
 /// Returns the agents of an action, each once, the acting one first.
 pub(super) fn agents_of(domain: &Domain, action: ActionId, args: &[Value]) -> Vec<EntityId> {
     let mut agents = Vec::new();
-    for position in &domain.actions[action.index()].agents {
-        let members: Vec<EntityId> = match &args[*position] {
-            Value::Entity(e) => vec![*e],
-            Value::Set(set) => set.iter().collect(),
-            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
-                Vec::new()
-            }
-        };
-        for agent in members {
-            if !agents.contains(&agent) {
-                agents.push(agent);
-            }
-        }
-    }
+    list_agents(domain, action, args, &mut agents);
     agents
 }
 
+fn list_agents(domain: &Domain, action: ActionId, args: &[Value], agents: &mut Vec<EntityId>) {
+    agents.clear();
+    let mut add = |agent| {
+        if !agents.contains(&agent) {
+            agents.push(agent);
+        }
+    };
+    for position in &domain.actions[action.index()].agents {
+        match &args[*position] {
+            Value::Entity(e) => add(*e),
+            Value::Set(set) => set.iter().for_each(&mut add),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+            }
+        }
+    }
+}
+
 /// Returns the tree's nodes, in their order.
-fn decomposition(found: &Found, domain: &Domain) -> Vec<Node> {
+fn decomposition(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Vec<Node> {
     let nodes = &found.tree.nodes;
-    let mut action_of = vec![None; nodes.len()];
+    let mut action_of = vec![NONE; nodes.len()];
     for (index, step) in found.steps.iter().enumerate() {
-        action_of[step.node as usize] = Some(index);
+        action_of[step.node as usize] = index as u32;
     }
     let known = |x: u32| Some(x as usize).filter(|_| x != NONE);
     let node = |i: usize| Node {
-        task: domain.task_name(nodes[i].task).to_owned(),
-        arguments: show_all(domain, found.tree.args(domain, i as u32)),
+        task: names.task(nodes[i].task),
+        arguments: names.values(found.tree.args(domain, i as u32)),
         parent: known(nodes[i].parent),
         decomposition: known(nodes[i].decomposition),
-        action: action_of[i],
+        action: known(action_of[i]),
     };
     (0..nodes.len()).map(node).collect()
 }

@@ -46,6 +46,38 @@ enum Seen<'v> {
     NotYet,
 }
 
+/// Which entities can pass a guard.
+enum Only<'t> {
+    Any,
+    Is(&'t Expr),
+    Member(&'t Expr),
+}
+
+/// Returns which entities can pass a guard about `var`, as its first literal says.
+fn only(guard: &Test, var: Var) -> Only<'_> {
+    let is_var = |e: &Expr| matches!(e, Expr::Var(v) if *v == var);
+    let is_free = |e: &Expr| !e.any(&mut |e| is_var(e));
+    // What asks geometry is asked for each entity, as it is written.
+    let is_path = |e: &Expr| !e.any(&mut |e| matches!(e, Expr::Request { .. } | Expr::Fact { .. })) && is_free(e);
+    let first = match guard {
+        Test::And(parts) => parts.first(),
+        other => Some(other),
+    };
+    match first {
+        Some(Test::Member { element, set }) if is_var(element) && is_path(set) => Only::Member(set),
+        Some(Test::Compare {
+            op: CompareOp::Equal,
+            left,
+            right,
+        }) => match (is_var(left), is_var(right)) {
+            (true, _) if is_path(right) => Only::Is(right),
+            (_, true) if is_path(left) => Only::Is(left),
+            _ => Only::Any,
+        },
+        Some(_) | None => Only::Any,
+    }
+}
+
 /// Returns a frame with the arguments first and the other variables unset.
 pub(super) fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
     let mut frame = args.to_vec();
@@ -257,12 +289,12 @@ impl Context<'_> {
                 let holds = |e: &Value, s: &Value| sets::contains(s, e);
                 self.of_both(element, set, frame, holds).unwrap_or(false)
             }
-            Test::Forall { var, ty, guard, body } => {
-                !self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && !c.holds(body, f))
-            }
-            Test::Exist { var, ty, guard, body } => {
-                self.any(*var, *ty, frame, &mut |c, f| c.holds(guard, f) && c.holds(body, f))
-            }
+            Test::Forall { var, ty, guard, body } => !self.any(*var, *ty, guard, frame, &mut |c, f| {
+                c.holds(guard, f) && !c.holds(body, f)
+            }),
+            Test::Exist { var, ty, guard, body } => self.any(*var, *ty, guard, frame, &mut |c, f| {
+                c.holds(guard, f) && c.holds(body, f)
+            }),
             Test::Holds(expr) => self.value(expr, frame) == Some(Value::Bool(true)),
         }
     }
@@ -289,18 +321,38 @@ impl Context<'_> {
         }
     }
 
+    /// Says whether `found` says so of an entity that may pass the guard. Where the first literal of the guard names the only
+    /// ones that may, no other is looked at: the others would read what it reads, and nothing more.
     fn any(
         &mut self,
         var: Var,
         ty: TypeId,
+        guard: &Test,
         frame: &mut [Value],
         found: &mut dyn FnMut(&mut Self, &mut [Value]) -> bool,
     ) -> bool {
         let domain = self.domain;
-        domain.types[ty.index()].entities.iter().any(|e| {
-            frame[var.index()] = Value::Entity(*e);
-            found(self, frame)
-        })
+        let entities = &domain.types[ty.index()].entities;
+        let mut look = |context: &mut Self, frame: &mut [Value], e: EntityId| {
+            frame[var.index()] = Value::Entity(e);
+            found(context, frame)
+        };
+        if entities.is_empty() {
+            return false;
+        }
+        match only(guard, var) {
+            Only::Any => entities.iter().any(|e| look(self, frame, *e)),
+            Only::Is(value) => match self.value(value, frame) {
+                Some(Value::Entity(e)) => entities.binary_search(&e).is_ok() && look(self, frame, e),
+                Some(_) | None => false,
+            },
+            Only::Member(set) => match self.value(set, frame) {
+                Some(Value::Set(members)) => members
+                    .iter()
+                    .any(|e| entities.binary_search(&e).is_ok() && look(self, frame, e)),
+                Some(_) | None => false,
+            },
+        }
     }
 
     /// Applies the effects in order, each in the state that the ones before have left; pushes the slots written.

@@ -3,6 +3,7 @@
 //! Links are the transitive reduction of four relations: an action needs an attribute that an earlier one set; an action
 //! overwrites what an earlier one read or set; the domain orders their subtasks; motions are planned one after the other.
 
+use super::names::Names;
 use super::order::right_before;
 use super::outcome::{Found, NONE};
 use super::reduction::Reduction;
@@ -18,7 +19,7 @@ enum Why {
 }
 
 /// Returns the links with their reasons.
-pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
+pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Vec<Link> {
     let ordered = right_before(found, domain);
     let mut dependencies = Dependencies {
         last_writer: vec![NONE; domain.slots.len()],
@@ -27,18 +28,19 @@ pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
     };
     let mut reduction = Reduction::default();
     let mut links = Vec::new();
-    let (mut needs, mut candidates) = (Vec::new(), Vec::new());
-    for (after, ordered) in ordered.iter().enumerate() {
+    let (mut needs, mut candidates, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
+    for after in 0..found.steps.len() {
+        let ordered = ordered.of(after);
         dependencies.of_step(found, after, &mut needs);
         candidates.clear();
         candidates.extend(needs.iter().map(|(before, _)| *before));
         candidates.extend_from_slice(ordered);
         for before in reduction.add(&mut candidates) {
-            let mut reasons: Vec<LinkReason> = Vec::new();
+            reasons.clear();
             for (_, why) in needs.iter().filter(|(b, _)| *b == before) {
                 let reason = match why {
-                    Why::Attribute(slot) => LinkReason::Attribute(domain.slot_name(*slot)),
-                    Why::Threat(slot) => LinkReason::Threat(domain.slot_name(*slot)),
+                    Why::Attribute(slot) => LinkReason::Attribute(names.slot(*slot)),
+                    Why::Threat(slot) => LinkReason::Threat(names.slot(*slot)),
                     Why::Motion => LinkReason::Motion,
                 };
                 if !reasons.contains(&reason) {
@@ -49,8 +51,11 @@ pub(super) fn links(found: &Found, domain: &Domain) -> Vec<Link> {
             if ordered.contains(&before) {
                 reasons.push(LinkReason::Order);
             }
-            let before = before as usize;
-            links.push(Link { before, after, reasons });
+            links.push(Link {
+                before: before as usize,
+                after,
+                reasons: reasons.clone(),
+            });
         }
     }
     links.sort_by_key(|link| (link.before, link.after));

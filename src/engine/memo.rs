@@ -58,6 +58,8 @@ pub(super) struct Memo {
     /// each time (Brent, as in `cycle`). Meeting it again wakes the memory.
     anchor: Option<(Print, u128)>,
     renewed_at: u64,
+    /// How often a deep search was asked about.
+    n_asked: u64,
     is_awake: bool,
 }
 
@@ -66,6 +68,8 @@ const PATIENCE: u64 = 100;
 const RARE: u64 = 64;
 /// HEURISTIC: methods inside methods from which on a search is looked at that has not taken back anything.
 const DEEP: u32 = 1000;
+/// HEURISTIC: of how many methods deep down one is looked at, at least.
+const SELDOM: u64 = 64;
 /// HEURISTIC: searches remembered, at about 50 bytes each.
 const MAX_KNOWN: usize = 1 << 22;
 
@@ -77,6 +81,7 @@ impl Default for Memo {
             highest: NONE,
             anchor: None,
             renewed_at: 0,
+            n_asked: 0,
             is_awake: false,
         }
     }
@@ -103,14 +108,21 @@ impl Search<'_> {
 
     /// Looks whether a search that goes on and on without taking anything back is in a circle.
     fn look_deep(&mut self, node: Option<u32>) {
-        let state = self.context.state.print();
+        // The fingerprint is computed anew each time, and so seldom that a step has no more of it than one slot: whatever
+        // goes round in a circle comes by again when it is looked at.
+        let interval = SELDOM.max(self.context.state.len() as u64);
+        self.memo.n_asked += 1;
+        if !self.memo.n_asked.is_multiple_of(interval) {
+            return;
+        }
+        let state = self.context.state.computed_print();
         if self.statistics.expansions >= self.memo.renewed_at {
-            let Some(key) = self.key(node) else { return };
+            let Some(key) = self.key_in(state, node) else { return };
             self.memo.anchor = Some((state, key));
             self.memo.renewed_at = 2 * self.statistics.expansions;
         } else if let Some((anchor, key)) = self.memo.anchor
             && anchor == state
-            && self.key(node) == Some(key)
+            && self.key_in(state, node) == Some(key)
         {
             self.memo.is_awake = true;
         }
@@ -119,13 +131,19 @@ impl Search<'_> {
     /// Returns the fingerprint of the state with all that is to be done, and `node` first; `None` where the world state has
     /// none.
     fn key(&mut self, node: Option<u32>) -> Option<u128> {
+        let state = self.context.state.print();
+        self.key_in(state, node)
+    }
+
+    /// As [`Search::key`], with the fingerprint of the symbolic state.
+    fn key_in(&mut self, state: Print, node: Option<u32>) -> Option<u128> {
         let world = match self.prepared.projects {
             false => 0,
             true => self.context.reasoner.state_key()?,
         };
         // Which actions are allowed depends on how many of the kept ones are done.
         let n_kept = self.steps.len().min(self.kept.len());
-        let print = self.print_of_all(node).number(n_kept as u64);
+        let print = self.print_of_all(state, node).number(n_kept as u64);
         Some(print.number(world as u64).number((world >> 64) as u64).key())
     }
 
@@ -217,8 +235,7 @@ impl Search<'_> {
     }
 
     /// Returns the fingerprint of the symbolic state and all that is to be done, with `node` first.
-    fn print_of_all(&mut self, node: Option<u32>) -> Print {
-        let state = self.context.state.print();
+    fn print_of_all(&mut self, state: Print, node: Option<u32>) -> Print {
         let (prepared, tree) = (self.prepared, &self.tree);
         let of_frame = |cell: &Cell| {
             let frame = tree.nodes[cell.node as usize].frame as usize;

@@ -21,6 +21,7 @@ mod kept;
 mod links;
 mod look_ahead;
 mod memo;
+mod names;
 mod needs;
 mod objective;
 mod observe;

@@ -4,44 +4,76 @@
 //! last ones of the subtasks that its own (or its nearest ordered ancestor) comes after. All others come before those. Does
 //! not need subtrees to be contiguous: interleaved plans are ordered by the same rule.
 
-use std::rc::Rc;
-
-use rustc_hash::FxHashMap;
-
 use super::outcome::{Found, NONE, Node};
 use crate::ir::{Decomposition, Domain, TaskId};
 
+/// For each step the steps that come right before it.
+pub(super) struct RightBefore {
+    lists: Lists,
+    of_step: Vec<List>,
+}
+
+impl RightBefore {
+    pub fn of(&self, step: usize) -> &[u32] {
+        self.lists.get(self.of_step[step])
+    }
+}
+
+/// Where a list of steps begins and ends.
+type List = (u32, u32);
+
+/// A list that was not asked for yet.
+const UNKNOWN: List = (NONE, NONE);
+
+/// Many short lists, one after the other.
+#[derive(Default)]
+struct Lists(Vec<u32>);
+
+impl Lists {
+    fn get(&self, (from, to): List) -> &[u32] {
+        &self.0[from as usize..to as usize]
+    }
+}
+
 /// Returns for each step the steps that come right before it by the order of the domain.
-pub(super) fn right_before(found: &Found, domain: &Domain) -> Vec<Rc<[u32]>> {
+pub(super) fn right_before(found: &Found, domain: &Domain) -> RightBefore {
     let tree = Family::new(found, domain);
-    let none: Rc<[u32]> = Rc::new([]);
-    let mut before: Vec<Rc<[u32]>> = Vec::with_capacity(tree.nodes.len());
-    let mut last_ones: FxHashMap<u32, Rc<[u32]>> = FxHashMap::default();
+    let mut lists = Lists::default();
+    // By node: what comes right before it, and the last steps at or below it.
+    let mut before: Vec<List> = Vec::with_capacity(tree.nodes.len());
+    let mut last_ones: Vec<List> = vec![UNKNOWN; tree.nodes.len()];
+    let (mut siblings, mut passed) = (Vec::new(), Vec::new());
     for (i, node) in tree.nodes.iter().enumerate() {
         if node.parent == NONE {
-            before.push(Rc::clone(&none));
+            before.push((0, 0));
             continue;
         }
-        let siblings = tree.siblings_before(i as u32);
+        tree.siblings_before(i as u32, &mut siblings, &mut passed);
+        for sibling in &siblings {
+            let last = &mut last_ones[*sibling as usize];
+            if *last == UNKNOWN {
+                let from = lists.0.len() as u32;
+                tree.last_steps(*sibling, &mut lists.0);
+                *last = (from, lists.0.len() as u32);
+            }
+        }
         let own = match siblings.as_slice() {
             // Its parent's also come before the siblings that this one comes after.
-            [] => Rc::clone(&before[node.parent as usize]),
-            [one] => Rc::clone(last_ones.entry(*one).or_insert_with(|| tree.last_steps(*one).into())),
+            [] => before[node.parent as usize],
+            [one] => last_ones[*one as usize],
             several => {
-                let all = several.iter().flat_map(|s| {
-                    let of_one = last_ones.entry(*s).or_insert_with(|| tree.last_steps(*s).into());
-                    of_one.to_vec()
-                });
-                all.collect()
+                let from = lists.0.len() as u32;
+                for sibling in several {
+                    let (from, to) = last_ones[*sibling as usize];
+                    lists.0.extend_from_within(from as usize..to as usize);
+                }
+                (from, lists.0.len() as u32)
             }
         };
         before.push(own);
     }
-    found
-        .steps
-        .iter()
-        .map(|step| Rc::clone(&before[step.node as usize]))
-        .collect()
+    let of_step = found.steps.iter().map(|step| before[step.node as usize]).collect();
+    RightBefore { lists, of_step }
 }
 
 /// The decomposition tree with what hangs below each node.
@@ -55,8 +87,6 @@ struct Family<'a> {
     last_child: Vec<u32>,
     /// The sibling taken up before it.
     previous: Vec<u32>,
-    /// A node by its parent and its position there.
-    by_place: FxHashMap<(u32, u32), u32>,
 }
 
 impl<'a> Family<'a> {
@@ -70,7 +100,6 @@ impl<'a> Family<'a> {
             acts: vec![false; n],
             last_child: vec![NONE; n],
             previous: vec![NONE; n],
-            by_place: FxHashMap::default(),
         };
         for (i, step) in found.steps.iter().enumerate() {
             family.step[step.node as usize] = i as u32;
@@ -78,7 +107,6 @@ impl<'a> Family<'a> {
         }
         for (i, node) in nodes.iter().enumerate().skip(1) {
             family.previous[i] = std::mem::replace(&mut family.last_child[node.parent as usize], i as u32);
-            family.by_place.insert((node.parent, node.subtask), i as u32);
         }
         for (i, node) in nodes.iter().enumerate().skip(1).rev() {
             if family.acts[i] {
@@ -100,34 +128,42 @@ impl<'a> Family<'a> {
         }
     }
 
-    /// Returns the siblings with actions that a node comes after; those without lead on to what they come after.
-    fn siblings_before(&self, node: u32) -> Vec<u32> {
+    /// Lists the siblings with actions that a node comes after; those without lead on to what they come after. Whatever a
+    /// node comes after was taken up before it.
+    fn siblings_before(&self, node: u32, found: &mut Vec<u32>, passed: &mut Vec<usize>) {
         let Node { parent, subtask, .. } = self.nodes[node as usize];
+        found.clear();
+        passed.clear();
         let Some(decomposition) = self.decomposition(parent) else {
-            return Vec::new();
+            return;
         };
-        let mut found = Vec::new();
-        let mut seen = Vec::new();
-        let mut left = decomposition.subtasks[subtask as usize].after.clone();
-        while let Some(position) = left.pop() {
-            let Some(sibling) = self.by_place.get(&(parent, position as u32)) else {
-                continue;
-            };
-            if self.acts[*sibling as usize] {
-                if !found.contains(sibling) {
-                    found.push(*sibling);
+        let mut left = decomposition.subtasks[subtask as usize].after.as_slice();
+        let mut next = 0;
+        loop {
+            for position in left {
+                let mut sibling = self.previous[node as usize];
+                while sibling != NONE && self.nodes[sibling as usize].subtask as usize != *position {
+                    sibling = self.previous[sibling as usize];
                 }
-            } else if !seen.contains(&position) {
-                seen.push(position);
-                left.extend(&decomposition.subtasks[position].after);
+                if sibling == NONE {
+                    continue;
+                }
+                if self.acts[sibling as usize] {
+                    if !found.contains(&sibling) {
+                        found.push(sibling);
+                    }
+                } else if !passed.contains(position) {
+                    passed.push(*position);
+                }
             }
+            let Some(position) = passed.get(next) else { return };
+            left = &decomposition.subtasks[*position].after;
+            next += 1;
         }
-        found
     }
 
-    /// Returns the steps at or below a node that no other step there comes after by the order of the domain.
-    fn last_steps(&self, node: u32) -> Vec<u32> {
-        let mut steps = Vec::new();
+    /// Lists the steps at or below a node that no other step there comes after by the order of the domain.
+    fn last_steps(&self, node: u32, steps: &mut Vec<u32>) {
         let mut left = vec![node];
         while let Some(at) = left.pop() {
             if self.step[at as usize] != NONE {
@@ -154,6 +190,5 @@ impl<'a> Family<'a> {
                 child = self.previous[child as usize];
             }
         }
-        steps
     }
 }

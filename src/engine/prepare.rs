@@ -26,28 +26,34 @@ pub(super) struct Order {
     pub live: Box<[Var]>,
     /// A short cut for each binder, in their order.
     pub joins: Box<[Join]>,
+    /// What is tested before each binder's turn, in their order.
+    pub early: Box<[Box<[Early]>]>,
+}
+
+/// Literals of a SELECT's filter that do not mention its variable: they are tested as soon as all that they mention is bound.
+/// Where they fail, no entity passes that filter, whatever is bound in between.
+#[derive(Debug)]
+pub(super) struct Early {
+    pub binder: u32,
+    pub test: Test,
 }
 
 /// What a filter says of a SELECT's variable that needs no look at every entity. `rest` is what is left of the filter.
 #[derive(Debug)]
 pub(super) enum Join {
-    None,
+    /// Nothing: every entity is looked at.
+    None { rest: Test },
     /// It is this.
-    Is {
-        value: Expr,
-        rest: Test,
-    },
-    /// A static attribute of it is this: the positions of those that have an entity there, by that entity.
+    Is { value: Expr, rest: Test },
+    /// A static attribute of it is this, or has this as a member: the positions of those that have an entity there, by that
+    /// entity.
     Has {
         value: Expr,
         rest: Test,
         places: Vec<Vec<u32>>,
     },
     /// It is a member of this.
-    Member {
-        set: Expr,
-        rest: Test,
-    },
+    Member { set: Expr, rest: Test },
 }
 
 impl Prepared {
@@ -90,7 +96,60 @@ fn order(domain: &Domain, decomposition: &Decomposition) -> Order {
         after: subtasks.iter().map(|s| s.after.clone()).collect(),
         live: live.into(),
         joins: decomposition.binders.iter().map(|b| join(domain, b)).collect(),
+        early: early(domain, &decomposition.binders),
     }
+}
+
+/// The literals of a filter.
+fn literals(filter: &Test) -> &[Test] {
+    match filter {
+        Test::And(parts) => parts.as_slice(),
+        other => std::slice::from_ref(other),
+    }
+}
+
+fn mentions(test: &Test, var: Var) -> bool {
+    test.any(&mut |e| matches!(e, Expr::Var(v) if *v == var))
+}
+
+/// Says whether a literal of a filter can be tested before entities are looked at. One that asks geometry stays where it
+/// is: what is asked, and how often, can be seen.
+fn is_early(domain: &Domain, literal: &Test, var: Var) -> bool {
+    let asks = |e: &Expr| match e {
+        Expr::Request { .. } | Expr::Fact { .. } => true,
+        Expr::Attribute { attribute, .. } => domain.attributes[attribute.index()].fact.is_some(),
+        Expr::Const(_)
+        | Expr::Var(_)
+        | Expr::Size(_)
+        | Expr::List(_)
+        | Expr::Arithmetic { .. }
+        | Expr::Negate(_)
+        | Expr::SetWith { .. }
+        | Expr::SetWithout { .. }
+        | Expr::GeometricCost
+        | Expr::GeometricDuration => false,
+    };
+    !mentions(literal, var) && !literal.any(&mut |e| asks(e))
+}
+
+fn early(domain: &Domain, binders: &[Binder]) -> Box<[Box<[Early]>]> {
+    let mut early: Vec<Vec<Early>> = binders.iter().map(|_| Vec::new()).collect();
+    for (i, binder) in binders.iter().enumerate() {
+        let Binder::Select { var, filter, .. } = binder else {
+            continue;
+        };
+        for literal in literals(filter).iter().filter(|t| is_early(domain, t, *var)) {
+            let is_bound_by = |b: &Binder| match b {
+                Binder::Select { var, .. } | Binder::Let { var, .. } => mentions(literal, *var),
+            };
+            let last = binders[..i].iter().rposition(is_bound_by);
+            early[last.map_or(0, |last| last + 1)].push(Early {
+                binder: i as u32,
+                test: literal.clone(),
+            });
+        }
+    }
+    early.into_iter().map(Vec::into_boxed_slice).collect()
 }
 
 /// Returns the only order of the subtasks, if there is only one.
@@ -120,12 +179,10 @@ fn chain(decomposition: &Decomposition) -> Option<Box<[u32]>> {
 
 fn join(domain: &Domain, binder: &Binder) -> Join {
     let Binder::Select { var, ty, filter, .. } = binder else {
-        return Join::None;
+        return Join::None { rest: Test::always() };
     };
-    let parts = match filter {
-        Test::And(parts) => parts.as_slice(),
-        other => std::slice::from_ref(other),
-    };
+    let late = literals(filter).iter().filter(|t| !is_early(domain, t, *var));
+    let parts: Vec<Test> = late.cloned().collect();
     let is_var = |e: &Expr| matches!(e, Expr::Var(v) if v == var);
     let is_free = |e: &Expr| {
         let mut free = true;
@@ -133,7 +190,7 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
         free
     };
     let without = |i: usize| Test::And([&parts[..i], &parts[i + 1..]].concat());
-    let (mut has, mut member) = (Join::None, Join::None);
+    let (mut has, mut member) = (None, None);
     for (i, part) in parts.iter().enumerate() {
         match part {
             Test::Compare {
@@ -151,47 +208,63 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
                             rest: without(i),
                         };
                     }
-                    if let (Expr::Attribute { base, attribute, args }, Join::None) = (one, &has)
+                    if let (Expr::Attribute { base, attribute, args }, None) = (one, &has)
                         && is_var(base)
                         && args.is_empty()
                         && is_cheap(other)
                         && let Some(places) = places(domain, *ty, *attribute)
                     {
-                        has = Join::Has {
+                        has = Some(Join::Has {
                             value: other.clone(),
                             rest: without(i),
                             places,
-                        };
+                        });
                     }
                 }
             }
             Test::Member { element, set } if is_var(element) && is_free(set) && is_cheap(set) => {
-                if matches!(member, Join::None) {
-                    member = Join::Member {
+                if member.is_none() {
+                    member = Some(Join::Member {
                         set: set.clone(),
                         rest: without(i),
-                    };
+                    });
+                }
+            }
+            Test::Member {
+                element,
+                set: Expr::Attribute { base, attribute, args },
+            } if is_var(base) && args.is_empty() && is_free(element) && is_cheap(element) => {
+                if has.is_none()
+                    && let Some(places) = places(domain, *ty, *attribute)
+                {
+                    has = Some(Join::Has {
+                        value: element.clone(),
+                        rest: without(i),
+                        places,
+                    });
                 }
             }
             _ => {}
         }
     }
-    if matches!(has, Join::None) { member } else { has }
+    has.or(member).unwrap_or(Join::None { rest: Test::And(parts) })
 }
 
-/// Returns, for each entity, the positions of those of a type that have it as the value of an attribute; `None` where that
-/// may change, or where values are no single entities.
+/// Returns, for each entity, the positions of those of a type that have it as the value of an attribute, or as a member of
+/// it; `None` where that may change, or where values are no entities.
 fn places(domain: &Domain, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec<u32>>> {
     let of = &domain.attributes[attribute.index()];
-    if !is_static(domain, attribute) || of.is_set || !matches!(of.base, Base::Entity(_)) {
+    if !is_static(domain, attribute) || !matches!(of.base, Base::Entity(_)) {
         return None;
     }
     let mut places = vec![Vec::new(); domain.entities.len()];
     for (at, entity) in domain.types[ty.index()].entities.iter().enumerate() {
-        if let Some(slot) = of.slots[entity.index()]
-            && let Value::Entity(value) = domain.initial[slot.index()]
-        {
-            places[value.index()].push(at as u32);
+        let Some(slot) = of.slots[entity.index()] else { continue };
+        match &domain.initial[slot.index()] {
+            Value::Entity(value) => places[value.index()].push(at as u32),
+            Value::Set(members) => members.iter().for_each(|e| places[e.index()].push(at as u32)),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Scalars(_) | Value::Unknown => {
+            }
         }
     }
     Some(places)

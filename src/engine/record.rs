@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
 
-use super::changes::changes;
+use super::changes::{changes, changes_of};
 use super::hash::Print;
 use super::objective;
 use super::observe::Event;
@@ -89,7 +89,16 @@ impl Search<'_> {
             changes: Vec::new(),
             change_ends: Vec::new(),
         };
-        (found.changes, found.change_ends) = changes(domain, self.shared, &found, reasoner);
+        (found.changes, found.change_ends) = if self.shared.is_empty() {
+            let news = if is_last {
+                std::mem::take(&mut self.news)
+            } else {
+                self.news.clone()
+            };
+            changes_of(domain, &found.steps, news)
+        } else {
+            changes(domain, self.shared, &found, reasoner)
+        };
         if domain.has_objective() {
             found.amounts = objective::of_plan(&found, domain, self.shared, reasoner);
             found.cost = objective::total(domain, &found.amounts);

@@ -45,6 +45,7 @@ pub(super) struct Point {
     values: u32,
     steps: u32,
     slots: u32,
+    news: u32,
     cost: f64,
     /// The least cost of what is still to be done.
     rest: u64,
@@ -192,6 +193,7 @@ pub fn repair(
             tree: Tree::default(),
             steps: Vec::new(),
             slots: Vec::new(),
+            news: Vec::new(),
             choices: Vec::new(),
             cost: 0.0,
             rest: 0,
@@ -298,6 +300,8 @@ pub(super) struct Search<'a> {
     pub steps: Vec<Step>,
     /// What the steps read and write.
     pub slots: Vec<SlotId>,
+    /// What the steps have written, with the values that it had after each; nothing where attributes are shared with geometry.
+    pub news: Vec<(SlotId, Value)>,
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
@@ -455,6 +459,7 @@ impl Search<'_> {
             values: self.tree.values.len() as u32,
             steps: self.steps.len() as u32,
             slots: self.slots.len() as u32,
+            news: self.news.len() as u32,
             cost: self.cost,
             rest: self.rest,
             discrepancies: self.discrepancies,
@@ -471,6 +476,7 @@ impl Search<'_> {
         self.steps.truncate(point.steps as usize);
         self.reasons.shortened(point.steps as usize);
         self.slots.truncate(point.slots as usize);
+        self.news.truncate(point.news as usize);
         self.cost = point.cost;
         self.rest = point.rest;
         if let Some(objective) = &mut self.objective {

@@ -83,6 +83,11 @@ impl State {
         self.is_read[slot.index()] = true;
     }
 
+    /// Returns the number of slots.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
     /// Returns a mark of now.
     #[inline]
     pub fn mark(&self) -> TrailMark {
@@ -123,7 +128,8 @@ impl State {
         print
     }
 
-    fn computed_print(&self) -> Print {
+    /// As [`State::print`], without keeping it up from now on: for who asks seldom.
+    pub fn computed_print(&self) -> Print {
         let said = (0..self.values.len()).filter(|i| !self.is_read[*i]).filter_map(|i| {
             let value = self.values[i].as_ref()?;
             Some(said(SlotId(i as u32), value))

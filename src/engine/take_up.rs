@@ -132,7 +132,13 @@ impl<'a> Search<'a> {
         let domain = self.context.domain;
         let decomposition = &domain.methods[method.index()].decompositions[index];
         let frame = self.tree.nodes[node as usize].frame as usize;
+        let prepared = self.prepared.order(self.prepared.number(method, index));
         for (number, b) in decomposition.binders.iter().enumerate().skip(binder) {
+            for early in &prepared.early[number] {
+                if !self.context.holds(&early.test, &mut self.tree.values[frame..]) {
+                    return self.refuse_binding(node, early.binder);
+                }
+            }
             match b {
                 Binder::Let { var, value, .. } => {
                     // A path through NULL names NULL; tests on it then fail like the path itself.
@@ -302,7 +308,7 @@ impl<'a> Search<'a> {
                         let mut places = places[first..].iter().map(|at| *at as usize);
                         places.find(|at| passes(self, rest, *at))
                     }
-                    // NULL: those without a value are not listed.
+                    // NULL: those without a value are not listed, and no set has it as a member.
                     _ => (from..entities.len()).find(|at| passes(self, filter, *at)),
                 }
             }
@@ -315,7 +321,7 @@ impl<'a> Search<'a> {
                 let mut places = members.iter_from(first).filter_map(|e| entities.binary_search(&e).ok());
                 places.find(|at| passes(self, rest, *at))
             }
-            Join::None => (from..entities.len()).find(|at| passes(self, filter, *at)),
+            Join::None { rest } => (from..entities.len()).find(|at| passes(self, rest, *at)),
         };
         found.map(|at| at as u32)
     }

@@ -31,10 +31,10 @@ pub fn ipc(plan: &Plan, names: &Names) -> Option<String> {
     let mut out = String::from("==>\n");
     for node in of_action {
         let node = node?;
-        let name = names.actions.get(&nodes[node].task)?;
+        let name = names.actions.get(nodes[node].task.as_str())?;
         let _ = writeln!(out, "{node} {name}{}", arguments(&nodes[node], names)?);
     }
-    let is_goal = |at: &usize| names.goal.as_ref() == Some(&nodes[*at].task);
+    let is_goal = |at: &usize| names.goal.as_deref() == Some(nodes[*at].task.as_str());
     if nodes.first()?.task != names.problem {
         return None;
     }
@@ -44,7 +44,7 @@ pub fn ipc(plan: &Plan, names: &Names) -> Option<String> {
         if node.action.is_some() || is_goal(&at) {
             continue;
         }
-        let task = names.tasks.get(&node.task)?;
+        let task = names.tasks.get(node.task.as_str())?;
         let method = task.methods.get(node.decomposition?)?;
         let subtasks = ids(&in_order(&below[at], nodes, &method.subtasks));
         let arguments = arguments(node, names)?;
@@ -58,7 +58,7 @@ fn arguments(node: &Node, names: &Names) -> Option<String> {
     let mut out = String::new();
     for argument in &node.arguments {
         out.push(' ');
-        out.push_str(names.objects.get(argument)?);
+        out.push_str(names.objects.get(argument.as_str())?);
     }
     Some(out)
 }

@@ -5,6 +5,8 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use super::text::{Changes, Text};
+
 /// Version of the document's form; raised when a reader of the old one would misread the new one.
 pub const VERSION: u32 = 1;
 
@@ -66,11 +68,11 @@ pub struct CostPart {
 pub struct Action {
     /// Position in [`Plan::actions`].
     pub index: usize,
-    pub name: String,
+    pub name: Text,
     /// As the language writes them: `PR2`, `3`, `"red"`, `[A, B]`.
-    pub arguments: Vec<String>,
+    pub arguments: Vec<Text>,
     /// Who takes part; the first acts.
-    pub agents: Vec<String>,
+    pub agents: Vec<Text>,
     pub cost: f64,
     /// (least, most) [s].
     pub duration: [f64; 2],
@@ -79,9 +81,9 @@ pub struct Action {
     pub end: f64,
     /// `None` for a purely symbolic action.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub geometry: Option<Geometry>,
+    pub geometry: Option<Box<Geometry>>,
     /// Attributes that this action changed, `RED_CUBE.isOn` to the new value as the language writes it; effects and shared attributes.
-    pub changes: IndexMap<String, String>,
+    pub changes: Changes,
 }
 
 /// The geometric action solution (thesis 3.2.3): choices and motions.
@@ -231,11 +233,11 @@ pub struct Link {
 #[serde(rename_all = "kebab-case")]
 pub enum LinkReason {
     /// `after` needs an attribute that `before` set: `PR2.hasInHand`.
-    Attribute(String),
+    Attribute(Text),
     /// The domain orders their subtasks.
     Order,
     /// `before` reads what `after` overwrites.
-    Threat(String),
+    Threat(Text),
     /// Motions are planned one after the other: `after` starts in the world that `before` leaves.
     Motion,
 }
@@ -244,8 +246,8 @@ pub enum LinkReason {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Node {
-    pub task: String,
-    pub arguments: Vec<String>,
+    pub task: Text,
+    pub arguments: Vec<Text>,
     /// The index of the node that has this one as a subtask; `None` for the root alone.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub parent: Option<usize>,

@@ -2,6 +2,8 @@
 
 mod document;
 mod refusal;
+mod text;
 
 pub use document::*;
 pub use refusal::*;
+pub use text::{Changes, Text};

@@ -14,16 +14,12 @@ const LARGEST: u64 = 64 << 20;
 /// A mesh file is never larger [bytes].
 const LARGEST_MESH: u64 = 256 << 20;
 
+/// Nor is a plan: ten million actions, at 800 bytes each.
+const LARGEST_PLAN: u64 = 8 << 30;
+
 impl Files for Disk {
     fn read(&self, path: &str) -> Result<String, String> {
-        let bytes = bytes(path, LARGEST)?;
-        // Tabs, ends of lines and pages, and the end mark of old systems are text; a terminal obeys some of the others.
-        let is_control = |b: &u8| *b < b' ' && !matches!(b, b'\t'..=b'\r' | 0x1a);
-        if let Some(at) = bytes.iter().position(is_control) {
-            return Err(format!("it is not text: byte {at} is a control character"));
-        }
-        String::from_utf8(bytes)
-            .map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
+        text(path, LARGEST)
     }
 
     fn read_bytes(&self, path: &str) -> Result<Vec<u8>, String> {
@@ -46,6 +42,27 @@ impl Files for Disk {
     fn list(&self, folder: &str) -> Vec<String> {
         names_in(folder)
     }
+}
+
+impl Disk {
+    /// Reads a plan, which may be larger than any file that people write.
+    ///
+    /// # Errors
+    /// Why it can't be read, in a sentence.
+    pub fn read_plan(path: &str) -> Result<String, String> {
+        text(path, LARGEST_PLAN)
+    }
+}
+
+/// Returns what a file holds, which must be text.
+fn text(path: &str, largest: u64) -> Result<String, String> {
+    let bytes = bytes(path, largest)?;
+    // Tabs, ends of lines and pages, and the end mark of old systems are text; a terminal obeys some of the others.
+    let is_control = |b: &u8| *b < b' ' && !matches!(b, b'\t'..=b'\r' | 0x1a);
+    if let Some(at) = bytes.iter().position(is_control) {
+        return Err(format!("it is not text: byte {at} is a control character"));
+    }
+    String::from_utf8(bytes).map_err(|e| format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to()))
 }
 
 /// Returns what a file holds.

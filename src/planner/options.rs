@@ -65,8 +65,8 @@ impl Default for Options<'_> {
                 interleave: false,
                 cuts: Cuts::On,
                 budget: Budget {
-                    expansions: 1_000_000,
-                    depth: 10_000,
+                    expansions: 10_000_000,
+                    depth: 100_000,
                 },
             },
             interleave: None,

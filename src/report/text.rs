@@ -1,76 +1,50 @@
 //! Plans, reasons and facts as text for people.
 
 use std::fmt::Write;
+use std::io;
 
 use crate::engine::{Ending, Statistics, Truncated};
-use crate::plan::{Plan, ReasonGroup, WhyNot};
+use crate::plan::{Action, Plan, ReasonGroup, WhyNot};
 
-/// Returns the plan as a table with its schedule, then the streams of the agents.
+/// Returns what [`write_plan`] writes.
 pub fn plan(plan: &Plan) -> String {
-    let mut out = String::new();
+    let mut out = Vec::new();
+    // INVARIANT: writing to memory does not fail, and only text is written.
+    let _ = write_plan(plan, &mut out);
+    String::from_utf8(out).unwrap_or_default()
+}
+
+/// Writes the plan as a table with its schedule, then the streams of the agents.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_plan(plan: &Plan, out: &mut dyn io::Write) -> io::Result<()> {
     let n = plan.actions.len();
     let actions = if n == 1 { "action" } else { "actions" };
-    let _ = writeln!(out, "plan of {}", plan.task);
+    writeln!(out, "plan of {}", plan.task)?;
     if n == 0 {
-        out.push_str("no action is needed\n");
-        return out;
+        return writeln!(out, "no action is needed");
     }
-    let _ = writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan);
-    let mut rows: Vec<[String; 8]> = vec![
-        [
-            "",
-            "start [s]",
-            "end [s]",
-            "action",
-            "arm",
-            "grasp",
-            "placement",
-            "cost",
-        ]
-        .map(str::to_owned),
-    ];
-    for action in &plan.actions {
-        let geometry = action.geometry.as_ref();
-        let placement = geometry.and_then(|g| g.placement.as_ref()).map(|p| {
-            let degrees = p.yaw.to_degrees();
-            format!(
-                "{}.{} ({:.3}, {:.3}) {:.0}° {}",
-                p.on,
-                p.support,
-                p.x + 0.0,
-                p.y + 0.0,
-                degrees,
-                p.stable
-            )
-        });
-        rows.push([
-            action.index.to_string(),
-            format!("{:.2}", action.start),
-            format!("{:.2}", action.end),
-            format!("{}({})", action.name, action.arguments.join(", ")),
-            geometry.map_or_else(String::new, |g| g.arm.clone()),
-            geometry.map_or_else(String::new, |g| g.grasp.clone()),
-            placement.unwrap_or_default(),
-            format!("{:.4}", action.cost),
-        ]);
-    }
-    // Numbers to the right, words to the left.
-    const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
-    table(&rows, &RIGHT, &mut out);
-    cost_parts(plan, &mut out);
+    writeln!(out, "{n} {actions}, cost {:.4}, {:.2} s\n", plan.cost, plan.makespan)?;
+    table(&plan.actions, out)?;
+    let mut parts = String::new();
+    cost_parts(plan, &mut parts);
+    out.write_all(parts.as_bytes())?;
     if !plan.streams.is_empty() {
-        out.push_str("\nstreams\n");
+        writeln!(out, "\nstreams")?;
         let widest = plan.streams.keys().map(|k| k.chars().count()).max().unwrap_or(0);
         for (agent, stream) in &plan.streams {
-            let steps: Vec<String> = stream
-                .iter()
-                .filter_map(|i| plan.actions.get(*i))
-                .map(|a| format!("{} {} {:.2}-{:.2}", a.index, a.name, a.start, a.end))
-                .collect();
-            let _ = writeln!(out, "  {agent:widest$}  {}", steps.join(" | "));
+            write!(out, "  {agent:widest$}  ")?;
+            let steps = stream.iter().filter_map(|i| plan.actions.get(*i));
+            for (i, a) in steps.enumerate() {
+                let between = if i > 0 { " | " } else { "" };
+                let (start, end) = (Fixed::<2>(a.start), Fixed::<2>(a.end));
+                write!(out, "{between}{} {} {start}-{end}", a.index, a.name)?;
+            }
+            writeln!(out)?;
         }
     }
-    out
+    Ok(())
 }
 
 /// Writes what the plan's cost consists of, where it is more than its actions' costs.
@@ -94,11 +68,11 @@ fn cost_parts(plan: &Plan, out: &mut String) {
         ]);
     }
     out.push_str("\ncost\n");
-    table(&rows, &[false, true, true, true, false], out);
+    small_table(&rows, &[false, true, true, true, false], out);
 }
 
 /// Writes rows as columns; columns that are empty but for their heading are left out.
-fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
+fn small_table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut String) {
     let widths: [usize; N] = std::array::from_fn(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0));
     let shown: Vec<usize> = (0..N)
         .filter(|c| rows.iter().skip(1).any(|r| !r[*c].is_empty()))
@@ -113,6 +87,117 @@ fn table<const N: usize>(rows: &[[String; N]], right: &[bool; N], out: &mut Stri
         out.push_str(line.trim_end());
         out.push('\n');
     }
+}
+
+const HEADINGS: [&str; 8] = [
+    "",
+    "start [s]",
+    "end [s]",
+    "action",
+    "arm",
+    "grasp",
+    "placement",
+    "cost",
+];
+/// Numbers to the right, words to the left.
+const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
+
+/// A number with `D` digits after the point. Whole ones, as most are in a domain without geometry, take no long division.
+struct Fixed<const D: usize>(f64);
+
+impl<const D: usize> std::fmt::Display for Fixed<D> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        /// Up to here every whole number is one.
+        const MOST: f64 = 9_007_199_254_740_992.0;
+        let is_whole = self.0.fract() == 0.0 && self.0.is_sign_positive() && self.0 < MOST;
+        if is_whole && D <= 8 {
+            write!(f, "{}.{}", self.0 as u64, &"00000000"[..D])
+        } else {
+            write!(f, "{:.D$}", self.0)
+        }
+    }
+}
+
+/// Writes one cell of an action's row.
+fn cell(action: &Action, column: usize, out: &mut String) {
+    let geometry = action.geometry.as_ref();
+    let _ = match (column, geometry) {
+        (0, _) => write!(out, "{}", action.index),
+        (1, _) => write!(out, "{}", Fixed::<2>(action.start)),
+        (2, _) => write!(out, "{}", Fixed::<2>(action.end)),
+        (3, _) => {
+            out.push_str(&action.name);
+            out.push('(');
+            for (i, argument) in action.arguments.iter().enumerate() {
+                out.push_str(if i > 0 { ", " } else { "" });
+                out.push_str(argument);
+            }
+            out.push(')');
+            Ok(())
+        }
+        (7, _) => write!(out, "{}", Fixed::<4>(action.cost)),
+        (4, Some(g)) => write!(out, "{}", g.arm),
+        (5, Some(g)) => write!(out, "{}", g.grasp),
+        (6, Some(g)) => g.placement.as_ref().map_or(Ok(()), |p| {
+            let (x, y, degrees) = (p.x + 0.0, p.y + 0.0, p.yaw.to_degrees());
+            write!(
+                out,
+                "{}.{} ({x:.3}, {y:.3}) {degrees:.0}° {}",
+                p.on, p.support, p.stable
+            )
+        }),
+        _ => Ok(()),
+    };
+}
+
+/// Writes the actions as rows; columns that are empty but for their heading are left out. Widths are found first, so that
+/// no row has to wait for the longest one.
+fn table(actions: &[Action], out: &mut dyn io::Write) -> io::Result<()> {
+    let mut widths = [0; 8];
+    let mut text = String::new();
+    let mut measure = |column: usize, action: &Action| {
+        text.clear();
+        cell(action, column, &mut text);
+        text.chars().count()
+    };
+    for (column, width) in widths.iter_mut().enumerate() {
+        // Of numbers the greatest is the widest, and there is none below 0.
+        let number: Option<fn(&Action) -> f64> = match column {
+            0 => Some(|a| a.index as f64),
+            1 => Some(|a| a.start),
+            2 => Some(|a| a.end),
+            7 => Some(|a| a.cost),
+            _ => None,
+        };
+        *width = match number {
+            Some(number) => {
+                let greatest = actions.iter().max_by(|a, b| number(a).total_cmp(&number(b)));
+                greatest.map_or(0, |action| measure(column, action))
+            }
+            None => actions.iter().map(|action| measure(column, action)).max().unwrap_or(0),
+        };
+    }
+    let shown: Vec<usize> = (0..8).filter(|c| widths[*c] > 0).collect();
+    let mut row = |write_cell: &dyn Fn(usize, &mut String)| {
+        let mut line = String::new();
+        for column in &shown {
+            line.push_str("  ");
+            let begin = line.len();
+            write_cell(*column, &mut line);
+            let width = line[begin..].chars().count();
+            let pad = widths[*column].max(HEADINGS[*column].chars().count()) - width;
+            let at = if RIGHT[*column] { begin } else { line.len() };
+            // Blanks are written where they belong.
+            line.insert_str(at, &" ".repeat(pad));
+        }
+        line.truncate(line.trim_end().len());
+        line.push('\n');
+        out.write_all(line.as_bytes())
+    };
+    row(&|column, line| line.push_str(HEADINGS[column]))?;
+    actions
+        .iter()
+        .try_for_each(|action| row(&|column, line| cell(action, column, line)))
 }
 
 /// Returns how a search without a plan ended, the deepest point that it reached, and the grouped reasons.

@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use super::evaluate::{Around, Touched, View, apply};
+use super::evaluate::{Around, Touched, Values, View, apply, put};
 use crate::ir::{Action, Domain, EntityId, SlotId, Value};
 
 /// Applies an action's effects; returns what they wrote.
@@ -45,14 +45,23 @@ pub(super) fn learn(around: Around<'_>, values: &mut [Value], action: &Action, a
                 Some(belief) if domain.believer(*value).is_none() && !written.contains(&belief) => belief,
                 Some(_) | None => continue,
             };
-            if is_in(action, args, *agent) || observes(View { around, values }, domain, *agent, *value) {
+            if is_in(action, args, *agent)
+                || observes(
+                    View {
+                        around,
+                        values: Values::Now(values),
+                    },
+                    domain,
+                    *agent,
+                    *value,
+                )
+            {
                 news.push((belief, values[value.index()].clone()));
             }
         }
     }
     for (belief, value) in news {
-        around.note(|touched| touched.writes.push(belief));
-        values[belief.index()] = value;
+        put(around, values, belief, value);
     }
 }
 

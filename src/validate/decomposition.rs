@@ -15,6 +15,7 @@ use super::{
     Settings,
     evaluate::View,
     fault::{Checked, Fault, Kind},
+    history::History,
     notation,
     requests::Asked,
 };
@@ -25,7 +26,7 @@ use crate::plan::Node;
 pub(super) struct Replayed<'a> {
     pub(super) domain: &'a Domain,
     /// State before each action, and the last one.
-    pub(super) states: &'a [Vec<Value>],
+    pub(super) states: &'a History,
     /// The world before each action, and the last one.
     pub(super) worlds: &'a [Rc<Asked<'a>>],
     /// The plan's actions.
@@ -33,6 +34,13 @@ pub(super) struct Replayed<'a> {
     /// Whether unordered subtasks may mix.
     pub(super) interleaved: bool,
     pub(super) settings: &'a Settings,
+}
+
+impl Replayed<'_> {
+    /// Returns the state after so many actions.
+    fn view(&self, at: usize) -> View<'_> {
+        View::past(self.domain, (self.states, at), Some(&self.worlds[at]))
+    }
 }
 
 /// A child as it is in the tree.
@@ -236,11 +244,7 @@ impl<'a> Walk<'a> {
         if node.action.is_some() {
             return Err(shape("a compound task is no action"));
         }
-        let view = View::new(
-            domain,
-            &self.replayed.states[self.done],
-            Some(&self.replayed.worlds[self.done]),
-        );
+        let view = self.replayed.view(self.done);
         let mut frame = goal.args.clone();
         frame.resize(method.n_vars.max(goal.args.len()), Value::Null);
         let reached = method.goal.as_ref().map(|test| view.failing(test, &mut frame));
@@ -321,11 +325,7 @@ struct Matching<'a> {
 
 impl Matching<'_> {
     fn view(&self, at: usize) -> View<'_> {
-        View::new(
-            self.replayed.domain,
-            &self.replayed.states[at],
-            Some(&self.replayed.worlds[at]),
-        )
+        self.replayed.view(at)
     }
 
     /// Binds from binder `i` on; says whether some choice fits.
@@ -347,9 +347,9 @@ impl Matching<'_> {
             Some(Binder::Select {
                 var, ty, filter, order, ..
             }) => {
-                let entities = self.replayed.domain.types[ty.index()].entities.clone();
-                for e in entities {
-                    frame[var.index()] = Value::Entity(e);
+                let domain = self.replayed.domain;
+                for e in &domain.types[ty.index()].entities {
+                    frame[var.index()] = Value::Entity(*e);
                     if !self.view(self.start).holds(filter, frame) {
                         continue;
                     }

@@ -10,6 +10,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use super::history::History;
 use super::requests::{Answer, Asked, ROUNDING};
 use super::sets;
 use crate::ir::{
@@ -22,6 +23,8 @@ use crate::ir::{
 pub(super) struct Touched {
     pub(super) reads: Vec<SlotId>,
     pub(super) writes: Vec<SlotId>,
+    /// What each of `writes` was before.
+    pub(super) before: Vec<Value>,
     /// Whether geometry was asked.
     pub(super) asks: bool,
     /// Whether geometry was changed; evaluation never does.
@@ -65,15 +68,45 @@ impl<'a> Around<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) around: Around<'a>,
-    /// By slot.
-    pub(super) values: &'a [Value],
+    pub(super) values: Values<'a>,
+}
+
+/// The values of all slots.
+#[derive(Clone, Copy)]
+pub(super) enum Values<'a> {
+    Now(&'a [Value]),
+    /// After so many actions.
+    Past(&'a History, usize),
+}
+
+impl<'a> Values<'a> {
+    fn get(self, slot: SlotId) -> Option<&'a Value> {
+        match self {
+            Values::Now(values) => values.get(slot.index()),
+            Values::Past(history, time) => history.at(time, slot),
+        }
+    }
 }
 
 impl<'a> View<'a> {
     /// Returns a view without motions at hand; it takes the plan's word for what is unclear.
     pub(super) fn new(domain: &'a Domain, values: &'a [Value], asked: Option<&'a Asked<'a>>) -> Self {
-        let around = Around::new(domain, asked);
-        View { around, values }
+        View {
+            around: Around::new(domain, asked),
+            values: Values::Now(values),
+        }
+    }
+
+    /// As [`View::new`], of the state after so many actions.
+    pub(super) fn past(
+        domain: &'a Domain,
+        (history, time): (&'a History, usize),
+        asked: Option<&'a Asked<'a>>,
+    ) -> Self {
+        View {
+            around: Around::new(domain, asked),
+            values: Values::Past(history, time),
+        }
     }
 
     /// Returns a view for which a test holds only if it certainly does.
@@ -106,7 +139,7 @@ impl<'a> View<'a> {
             Expr::Attribute { base, attribute, args } => {
                 let slot = self.slot(base, *attribute, args, frame)?;
                 self.around.note(|touched| touched.reads.push(slot));
-                self.values.get(slot.index()).cloned()
+                self.values.get(slot).cloned()
             }
             Expr::Request { request, args } => {
                 self.around.note(|touched| touched.asks = true);
@@ -330,7 +363,10 @@ fn compare(op: CompareOp, left: Option<Value>, right: Option<Value>) -> bool {
 /// does nothing.
 pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect], frame: &mut [Value]) {
     for effect in effects {
-        let view = View { around, values };
+        let view = View {
+            around,
+            values: Values::Now(values),
+        };
         match effect {
             Effect::Assign {
                 entity,
@@ -340,8 +376,7 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
             } => {
                 let slot = view.slot(entity, *attribute, args, frame);
                 if let (Some(slot), Some(value)) = (slot, view.value(value, frame)) {
-                    around.note(|touched| touched.writes.push(slot));
-                    values[slot.index()] = value;
+                    put(around, values, slot, value);
                 }
             }
             Effect::Add {
@@ -351,7 +386,7 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
                 element,
             } => alter(view, (entity, *attribute, args), element, frame, sets::with)
                 .into_iter()
-                .for_each(|(slot, set)| values[slot.index()] = set),
+                .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Remove {
                 entity,
                 attribute,
@@ -359,7 +394,7 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
                 element,
             } => alter(view, (entity, *attribute, args), element, frame, sets::without)
                 .into_iter()
-                .for_each(|(slot, set)| values[slot.index()] = set),
+                .for_each(|(slot, set)| put(around, values, slot, set)),
             Effect::Forall {
                 var,
                 ty,
@@ -369,7 +404,10 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
                 let before = frame[var.index()].clone();
                 for e in &around.domain.types[ty.index()].entities {
                     frame[var.index()] = Value::Entity(*e);
-                    let view = View { around, values };
+                    let view = View {
+                        around,
+                        values: Values::Now(values),
+                    };
                     if view.holds(guard, frame) {
                         apply(around, values, effects, frame);
                     }
@@ -384,6 +422,16 @@ pub(super) fn apply(around: Around<'_>, values: &mut [Value], effects: &[Effect]
     }
 }
 
+/// Sets a slot's value, and notes what it was. Where NULL would be added to a set or removed nothing is written, and nobody
+/// learns of it.
+pub(super) fn put(around: Around<'_>, values: &mut [Value], slot: SlotId, value: Value) {
+    let old = std::mem::replace(&mut values[slot.index()], value);
+    around.note(|touched| {
+        touched.writes.push(slot);
+        touched.before.push(old);
+    });
+}
+
 fn alter(
     view: View<'_>,
     (entity, attribute, args): (&Expr, AttributeId, &[Expr]),
@@ -394,8 +442,6 @@ fn alter(
     let slot = view.slot(entity, attribute, args, frame)?;
     let element = view.value(element, frame)?;
     view.around.note(|touched| touched.reads.push(slot));
-    let set = change(view.values.get(slot.index())?.clone(), &element)?;
-    // Where NULL would be added or removed nothing is written, and nobody learns of it.
-    view.around.note(|touched| touched.writes.push(slot));
-    Some((slot, set))
+    let set = view.values.get(slot)?.clone();
+    Some((slot, change(set, &element)?))
 }

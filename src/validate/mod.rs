@@ -17,6 +17,7 @@ mod evaluate;
 mod facts;
 mod fault;
 mod handling;
+mod history;
 mod motion;
 mod network;
 mod notation;
@@ -138,8 +139,15 @@ pub fn replay(
         &plan.decomposition,
         goal,
     )?;
-    let (first, last) = (&replayed.states[0], &replayed.states[actions.len()]);
-    schedule::check(plan, domain, settings, &replayed.done, &replayed.worlds, (first, last))?;
+    let (first, last) = (replayed.states.state(0), replayed.states.state(actions.len()));
+    schedule::check(
+        plan,
+        domain,
+        settings,
+        &replayed.done,
+        &replayed.worlds,
+        (&first, &last),
+    )?;
     objective::check(plan, domain, &actions, &replayed.states, settings)?;
     Ok(verdict)
 }
@@ -234,7 +242,7 @@ fn actions(written: &[crate::plan::Action], domain: &ir::Domain) -> Checked<Vec<
             let ir::TaskId::Action(id) = goal.task else {
                 return Err(Kind::UnknownName {
                     what: "action",
-                    name: action.name.clone(),
+                    name: action.name.to_string(),
                 }
                 .into());
             };
@@ -280,8 +288,8 @@ fn geometry_numbers(geometry: &crate::plan::Geometry) -> Checked<()> {
 }
 
 /// Checks who takes part: the arguments of type Agent, each once.
-fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[String]) -> Checked<()> {
-    let mut expected: Vec<String> = Vec::new();
+fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[crate::plan::Text]) -> Checked<()> {
+    let mut expected: Vec<&str> = Vec::new();
     for position in &action.agents {
         let members: Vec<ir::EntityId> = match goal.args.get(*position) {
             Some(ir::Value::Entity(e)) => vec![*e],
@@ -289,13 +297,13 @@ fn agents(domain: &ir::Domain, action: &ir::Action, goal: &ir::Goal, found: &[St
             _ => Vec::new(),
         };
         for e in members {
-            let name = &domain.entities[e.index()].name;
-            if !expected.contains(name) {
-                expected.push(name.clone());
+            let name = domain.entities[e.index()].name.as_str();
+            if !expected.contains(&name) {
+                expected.push(name);
             }
         }
     }
-    if expected != found {
+    if !expected.iter().copied().eq(found.iter().map(|name| &**name)) {
         return Err(Kind::Agents {
             expected: format!("[{}]", expected.join(", ")),
             found: format!("[{}]", found.join(", ")),

@@ -26,7 +26,7 @@ pub(super) fn argument(domain: &Domain, param: &Param, text: &str) -> Checked<Va
 }
 
 /// Returns the task of that name and its arguments.
-pub(super) fn task(domain: &Domain, name: &str, arguments: &[String]) -> Checked<Goal> {
+pub(super) fn task(domain: &Domain, name: &str, arguments: &[impl AsRef<str>]) -> Checked<Goal> {
     let task = domain.task(name).ok_or_else(|| Kind::UnknownName {
         what: "task",
         name: name.to_owned(),
@@ -43,7 +43,7 @@ pub(super) fn task(domain: &Domain, name: &str, arguments: &[String]) -> Checked
     let args = params
         .iter()
         .zip(arguments)
-        .map(|(p, text)| argument(domain, p, text))
+        .map(|(p, text)| argument(domain, p, text.as_ref()))
         .collect::<Checked<Vec<Value>>>()?;
     Ok(Goal { task, args })
 }

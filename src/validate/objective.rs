@@ -7,17 +7,18 @@ use super::{
     Settings,
     evaluate::View,
     fault::{Checked, Kind},
+    history::History,
     sets,
 };
 use crate::ir::{Base, Domain, Effort, EntityId, Goal, Param, Pattern, PatternArg, RuleKind, TaskId, TypeId, Value};
-use crate::plan::{CostPart, Plan};
+use crate::plan::{CostPart, Plan, Text};
 
 /// Checks the plan's cost and its parts; `states` are those before each action, and the last one.
 pub(super) fn check(
     plan: &Plan,
     domain: &Domain,
     actions: &[Goal],
-    states: &[Vec<Value>],
+    states: &History,
     settings: &Settings,
 ) -> Checked<()> {
     let differ = |a: f64, b: f64| (a - b).abs() > settings.time_tolerance * a.abs().max(1.0);
@@ -99,7 +100,7 @@ pub(super) fn check(
     Ok(())
 }
 
-fn agents_of(domain: &Domain, names: &[String]) -> Vec<EntityId> {
+fn agents_of(domain: &Domain, names: &[Text]) -> Vec<EntityId> {
     names.iter().filter_map(|name| domain.entity(name)).collect()
 }
 
@@ -108,7 +109,7 @@ struct Counter<'a> {
     domain: &'a Domain,
     settings: &'a Settings,
     actions: &'a [Goal],
-    states: &'a [Vec<Value>],
+    states: &'a History,
     /// Of each action.
     agents: Vec<Vec<EntityId>>,
 }
@@ -143,11 +144,8 @@ impl Counter<'_> {
         let mut n = 0_u64;
         for mut frame in frames {
             frame.resize(n_vars.max(frame.len()), Value::Null);
-            let held: Vec<bool> = self
-                .states
-                .iter()
-                .map(|values| holds(View::new(self.domain, values, None), &frame))
-                .collect();
+            let states = (0..=self.actions.len()).map(|at| View::past(self.domain, (self.states, at), None));
+            let held: Vec<bool> = states.map(|view| holds(view, &frame)).collect();
             n += held.windows(2).filter(|pair| !pair[0] && pair[1]).count() as u64;
         }
         n as f64

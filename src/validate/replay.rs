@@ -1,17 +1,21 @@
 //! Does the plan's actions one by one, symbols and motions together.
 
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use indexmap::IndexMap;
+use rustc_hash::FxHashMap;
 
 use super::{
     Settings, Verdict,
     beliefs::{apply_noting, learn},
     bodies::{Bodies, Touching},
-    evaluate::{Around, View},
+    evaluate::{Around, Touched, View, apply},
     facts::{self, Status},
     fault::{Checked, Fault, Kind},
     handling::{self, Hand},
+    history::History,
     motion::{self, Mover},
     requests::{self, Asked},
     schedule::Done,
@@ -26,8 +30,7 @@ const CENTRE: f64 = 0.001;
 
 /// The plan, done.
 pub(super) struct Replay<'a> {
-    /// Symbolic state before each action, and the last one.
-    pub(super) states: Vec<Vec<Value>>,
+    pub(super) states: History,
     /// The world before each action, and the last one.
     pub(super) worlds: Vec<Rc<Asked<'a>>>,
     pub(super) done: Vec<Done>,
@@ -44,7 +47,8 @@ struct Progress<'a, 'v> {
 
 /// What an action leaves.
 struct Outcome {
-    values: Vec<Value>,
+    /// The slots that may have another value now.
+    written: BTreeSet<SlotId>,
     /// The shared attributes, if it was projected.
     shared: Option<Vec<(SlotId, Value)>>,
     /// How the plan takes unclear answers in its effects.
@@ -57,6 +61,8 @@ struct Context<'a> {
     bodies: &'a Bodies<'a>,
     start: &'a State,
     settings: &'a Settings,
+    /// By the name that the changes of an action have.
+    slots: FxHashMap<String, SlotId>,
 }
 
 /// Replays all actions.
@@ -69,20 +75,21 @@ pub(super) fn run<'a>(
     actions: &[ir::Goal],
     verdict: &mut Verdict,
 ) -> Checked<Replay<'a>> {
-    let (context, values, mut progress) = begin(domain, world, bodies, settings, true, verdict)?;
+    let (context, mut values, mut progress) = begin(domain, world, bodies, settings, true, verdict)?;
     let mut replay = Replay {
-        states: vec![values],
+        states: History::new(&values),
         worlds: vec![progress.asked.clone()],
         done: Vec::with_capacity(actions.len()),
     };
     for (index, (action, goal)) in plan.actions.iter().zip(actions).enumerate() {
-        let before = replay.states[index].clone();
-        let (values, done) = context.act(action, goal, &before, &mut progress).map_err(|f| {
+        let (written, done) = context.act(action, goal, &mut values, &mut progress).map_err(|f| {
             f.later_by(action.start)
                 .at_time(action.start)
                 .in_action(index, &text(action))
         })?;
-        replay.states.push(values);
+        for slot in written {
+            replay.states.note(index + 1, slot, &values[slot.index()]);
+        }
         replay.worlds.push(progress.asked.clone());
         replay.done.push(done);
         progress.verdict.actions += 1;
@@ -163,11 +170,13 @@ fn begin<'a, 'v>(
     asks: bool,
     verdict: &'v mut Verdict,
 ) -> Checked<(Context<'a>, Vec<Value>, Progress<'a, 'v>)> {
+    let slots = (0..domain.slots.len()).map(|i| SlotId(i as u32));
     let context = Context {
         domain,
         bodies,
         start: &world.start,
         settings,
+        slots: slots.map(|slot| (domain.slot_name(slot), slot)).collect(),
     };
     let mut state = world.start.clone();
     for agent in 0..state.agents.len() {
@@ -193,7 +202,7 @@ fn operator<'a>(domain: &'a Domain, goal: &ir::Goal, action: &Action) -> Checked
         ir::TaskId::Action(id) => Ok(&domain.actions[id.index()]),
         ir::TaskId::Method(_) => Err(Kind::UnknownName {
             what: "action",
-            name: action.name.clone(),
+            name: action.name.to_string(),
         }
         .into()),
     }
@@ -204,38 +213,73 @@ fn text(action: &Action) -> String {
 }
 
 /// Says whether two values are the same length but for rounding: distances are computed twice.
-fn same_number(a: Option<&String>, b: Option<&String>) -> bool {
-    let number = |text: Option<&String>| text.and_then(|t| t.parse::<f64>().ok());
+fn same_number(a: Option<&str>, b: Option<&str>) -> bool {
+    let number = |text: Option<&str>| text.and_then(|t| t.parse::<f64>().ok());
     matches!((number(a), number(b)), (Some(a), Some(b)) if (a - b).abs() <= requests::ROUNDING)
 }
 
+/// Runs an action's effects; returns what they touched.
+fn effects(around: Around<'_>, values: &mut [Value], operator: &ir::Action, frame: &mut [Value]) -> Touched {
+    let touched = RefCell::new(Touched::default());
+    let around = Around {
+        touched: Some(&touched),
+        ..around
+    };
+    apply(around, values, &operator.effects, frame);
+    touched.into_inner()
+}
+
+impl Touched {
+    /// Returns what each written slot was at first.
+    fn was(&self) -> BTreeMap<SlotId, Value> {
+        let mut was = BTreeMap::new();
+        for (slot, old) in self.writes.iter().zip(&self.before) {
+            was.entry(*slot).or_insert_with(|| old.clone());
+        }
+        was
+    }
+
+    /// Returns what each written slot is now.
+    fn now(&self, values: &[Value]) -> BTreeMap<SlotId, Value> {
+        let slots = self.writes.iter();
+        slots.map(|slot| (*slot, values[slot.index()].clone())).collect()
+    }
+
+    /// Takes back what was written.
+    fn undo(&self, values: &mut [Value]) {
+        for (slot, old) in self.writes.iter().zip(&self.before).rev() {
+            values[slot.index()] = old.clone();
+        }
+    }
+}
+
 impl<'a> Context<'a> {
-    /// Does one action and returns the symbolic state after it. Times of faults count from its start.
+    /// Does one action and returns which slots it may have changed. Times of faults count from its start.
     fn act(
         &self,
         action: &Action,
         goal: &ir::Goal,
-        before: &[Value],
+        values: &mut [Value],
         progress: &mut Progress<'a, '_>,
-    ) -> Checked<(Vec<Value>, Done)> {
+    ) -> Checked<(BTreeSet<SlotId>, Done)> {
         let domain = self.domain;
         let operator = operator(domain, goal, action)?;
         let mut frame = goal.args.clone();
         frame.resize(operator.n_vars.max(frame.len()), Value::Null);
         let world_before = progress.asked.clone();
-        let view = View::new(domain, before, Some(&world_before));
+        let view = View::new(domain, values, Some(&world_before));
         if let Some(test) = view.failing(&operator.preconditions, &mut frame) {
             return Err(Kind::Precondition { test }.into());
         }
         let geometric = self.move_along(operator, action, view, &mut frame, progress)?;
         let around = Around {
             geometric,
-            ..view.around
+            ..Around::new(domain, Some(&world_before))
         };
         let view = View { around, ..view };
         self.cost_and_duration(operator, action, view, &frame)?;
         let end = action.geometry.as_ref().map_or(action.duration[0], |_| geometric.1);
-        self.outcome(operator, action, view, &mut frame, progress)
+        self.outcome(operator, action, around, &mut frame, values, progress)
             .map(|outcome| {
                 let done = Done {
                     goal: goal.clone(),
@@ -243,7 +287,7 @@ impl<'a> Context<'a> {
                     lenient: outcome.lenient,
                     shared: outcome.shared,
                 };
-                (outcome.values, done)
+                (outcome.written, done)
             })
             .map_err(|f| f.at_time(end))
     }
@@ -274,7 +318,10 @@ impl<'a> Context<'a> {
                 self.project(&projection.name, &args, geometry, progress)?;
                 let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
                 progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
-                let after = View::new(self.domain, view.values, Some(&progress.asked));
+                let after = View {
+                    around: Around::new(self.domain, Some(&progress.asked)),
+                    values: view.values,
+                };
                 if let Some(test) = after.failing(&operator.constraints, frame) {
                     return Err(Fault::from(Kind::Constraint { test }).at_time(duration));
                 }
@@ -283,84 +330,120 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Applies the effects, reads the shared attributes, and compares with the changes listed.
+    /// Applies the effects, reads the shared attributes, and compares with the changes listed. Looks at nothing but what is
+    /// written or listed: a state may be large, and a plan long.
     fn outcome(
         &self,
         operator: &ir::Action,
         action: &Action,
-        view: View<'_>,
+        around: Around<'_>,
         frame: &mut [Value],
+        values: &mut [Value],
         progress: &mut Progress<'a, '_>,
     ) -> Checked<Outcome> {
-        let (domain, before) = (self.domain, view.values);
+        let domain = self.domain;
         let Progress {
             state,
             asked,
             shared,
             verdict,
         } = progress;
-        let guessed: Vec<bool> = (0..domain.slots.len())
-            .map(|i| shared.is_guess(SlotId(i as u32)))
+        let guessed = shared.guesses();
+        let shared_before = action.geometry.as_ref().map(|_| shared.snapshot(values));
+        let listed: Vec<SlotId> = action
+            .changes
+            .iter()
+            .filter_map(|(name, _)| self.slots.get(&**name))
+            .copied()
             .collect();
+        let mut lenient = true;
+        let mut done = effects(Around { lenient, ..around }, values, operator, frame);
         // Where an effect rests on an unclear answer, the changes listed say how the plan has taken it.
-        let mut done = [true, false].map(|lenient| {
-            let around = Around { lenient, ..view.around };
-            let mut values = before.to_vec();
-            let written = apply_noting(around, &mut values, operator, frame);
-            (lenient, values, written)
-        });
-        let is_listed = |values: &[Value]| {
-            domain.slots.iter().enumerate().all(|(i, slot)| {
-                let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
-                let listed = action.changes.get(&domain.slot_name(SlotId(i as u32)));
-                let is_apart = domain.attributes[slot.attribute.index()].fact.is_some();
+        if done.asks {
+            let taken = done.now(values);
+            done.undo(values);
+            let strict = effects(
+                Around {
+                    lenient: false,
+                    ..around
+                },
+                values,
+                operator,
+                frame,
+            );
+            let was = strict.was();
+            let is_listed = was.keys().chain(&listed).all(|slot| {
+                let now = domain.show(&values[slot.index()]);
+                let place = &domain.slots[slot.index()];
+                let is_shared = domain.attributes[place.attribute.index()].fact.is_some();
                 // Beliefs follow when all has been read.
-                is_apart || domain.believer(SlotId(i as u32)).is_some() || listed.unwrap_or(&was) == &now
-            })
-        };
-        if done[0].1 != done[1].1 && is_listed(&done[1].1) {
-            done.swap(0, 1);
+                is_shared
+                    || domain.believer(*slot).is_some()
+                    || match action.changes.get(&domain.slot_name(*slot)) {
+                        Some(text) => **text == *now,
+                        None => domain.show(was.get(slot).unwrap_or(&values[slot.index()])) == now,
+                    }
+            });
+            if taken != strict.now(values) && is_listed {
+                (lenient, done) = (false, strict);
+            } else {
+                strict.undo(values);
+                done = effects(Around { lenient, ..around }, values, operator, frame);
+            }
         }
-        let [(lenient, mut values, written), _] = done;
-        let read = if action.geometry.is_some() {
-            shared.read(state, asked, before, &mut values, &action.changes, verdict)?;
-            Some(shared.snapshot(&values))
-        } else {
-            None
+        let mut was = done.was();
+        let read = match &shared_before {
+            Some(before) => {
+                shared.read(state, asked, before, values, &action.changes, verdict)?;
+                was.extend(before.iter().cloned());
+                Some(shared.snapshot(values))
+            }
+            None => None,
+        };
+        let learned = RefCell::new(Touched::default());
+        let learning = Around {
+            lenient,
+            touched: Some(&learned),
+            ..around
         };
         let args = frame.get(..operator.params.len()).unwrap_or_default();
-        learn(Around { lenient, ..view.around }, &mut values, operator, args, &written);
+        learn(learning, values, operator, args, &done.writes);
+        for (slot, old) in learned.into_inner().was() {
+            was.entry(slot).or_insert(old);
+        }
+        let written: BTreeSet<SlotId> = was.keys().copied().collect();
+        let looked_at: BTreeSet<SlotId> = written.iter().chain(&listed).chain(&guessed).copied().collect();
         let mut expected = IndexMap::new();
-        for i in 0..domain.slots.len() {
-            let name = domain.slot_name(SlotId(i as u32));
-            let listed = action.changes.get(&name);
+        for slot in looked_at {
+            let name = domain.slot_name(slot);
+            let now = domain.show(&values[slot.index()]);
             // A guess about the start may have hidden a change, or made one up.
-            if guessed[i] {
-                if listed.is_some() {
-                    shared.settle(SlotId(i as u32));
-                    expected.insert(name, domain.show(&values[i]));
+            if guessed.contains(&slot) {
+                if action.changes.get(&name).is_some() {
+                    shared.settle(slot);
+                    expected.insert(name, now);
                 }
                 continue;
             }
-            let (now, was) = (domain.show(&values[i]), domain.show(&before[i]));
-            if now != was {
+            if was.get(&slot).is_some_and(|was| domain.show(was) != now) {
                 expected.insert(name, now);
             }
         }
-        let none = "unchanged".to_owned();
-        for name in expected.keys().chain(action.changes.keys()) {
-            let (wanted, found) = (expected.get(name), action.changes.get(name));
+        let names = expected.keys().map(String::as_str);
+        for name in names.chain(action.changes.iter().map(|(name, _)| &**name)) {
+            let wanted = expected.get(name).map(String::as_str);
+            let found = action.changes.get(name).map(|text| &**text);
             if wanted != found && !same_number(wanted, found) {
                 return Err(Kind::Changes {
-                    attribute: name.clone(),
-                    expected: wanted.unwrap_or(&none).clone(),
-                    found: found.unwrap_or(&none).clone(),
+                    attribute: name.to_owned(),
+                    expected: wanted.unwrap_or("unchanged").to_owned(),
+                    found: found.unwrap_or("unchanged").to_owned(),
                 }
                 .into());
             }
         }
         Ok(Outcome {
-            values,
+            written,
             shared: read,
             lenient,
         })

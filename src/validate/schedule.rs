@@ -14,7 +14,7 @@ use std::rc::Rc;
 use super::{
     Settings,
     beliefs::{apply_noting, learn},
-    evaluate::{Around, Touched, View},
+    evaluate::{Around, Touched, Values, View},
     fault::{Checked, Fault, Kind},
     precedence::{Precedence, by_later},
     requests::Asked,
@@ -220,7 +220,7 @@ fn linear(
         };
         let view = View {
             around,
-            values: &values,
+            values: Values::Now(&values),
         };
         if let Some(test) = view.failing(&action.preconditions, &mut frame) {
             return Err((*i, test));
@@ -240,6 +240,7 @@ fn linear(
         learn(around, &mut values, action, &done.goal.args, &written);
         if let Some(touched) = &mut touched {
             let mut seen = seen.into_inner();
+            seen.before = Vec::new();
             seen.moves = done.shared.is_some();
             seen.writes.extend(done.shared.iter().flatten().map(|(slot, _)| *slot));
             touched.push(seen);
@@ -252,7 +253,7 @@ fn streams(plan: &Plan) -> Checked<()> {
     let mut expected: indexmap::IndexMap<&str, Vec<usize>> = indexmap::IndexMap::new();
     for (i, action) in plan.actions.iter().enumerate() {
         for agent in &action.agents {
-            expected.entry(agent).or_default().push(i);
+            expected.entry(&**agent).or_default().push(i);
         }
     }
     let empty = Vec::new();

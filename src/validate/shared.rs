@@ -7,8 +7,6 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use indexmap::IndexMap;
-
 use super::{
     Settings, Verdict,
     bodies::Bodies,
@@ -19,6 +17,7 @@ use super::{
     requests::Asked,
 };
 use crate::ir::{Base, Domain, EntityId, EntitySet, Param, SlotId, Value};
+use crate::plan::Changes;
 use crate::world::State;
 
 /// An attribute of an entity of the world that is read from a fact.
@@ -94,9 +93,9 @@ impl<'a> Shared<'a> {
         })
     }
 
-    /// Says whether any element of the slot is a guess.
-    pub(super) fn is_guess(&self, slot: SlotId) -> bool {
-        self.guessed.iter().any(|(s, _)| *s == slot)
+    /// Returns the slots with an element that is a guess.
+    pub(super) fn guesses(&self) -> BTreeSet<SlotId> {
+        self.guessed.iter().map(|(slot, _)| *slot).collect()
     }
 
     /// Takes the plan's word for the slot from now on.
@@ -129,18 +128,18 @@ impl<'a> Shared<'a> {
         Ok(())
     }
 
-    /// Reads the facts of the state after an action, against `changes`, into `values`; `before` are the values before it.
+    /// Reads the facts of the state after an action, against `changes`, into `values`; `before` is the
+    /// snapshot before it.
     pub(super) fn read(
         &mut self,
         state: &State,
         asked: &Asked<'_>,
-        before: &[Value],
+        before: &[(SlotId, Value)],
         values: &mut [Value],
-        changes: &IndexMap<String, String>,
+        changes: &Changes,
         verdict: &mut Verdict,
     ) -> Checked<()> {
-        for shared in &self.slots {
-            let carried = &before[shared.slot.index()];
+        for (shared, (_, carried)) in self.slots.iter().zip(before) {
             let listed = match changes.get(&shared.name) {
                 Some(text) => Some(shared.parse(self.domain, text)?),
                 None => None,

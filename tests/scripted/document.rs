@@ -13,7 +13,7 @@ fn document(tasks: &str) -> Plan {
 /// Returns `0 -> 1 CUP.done` for each link; `!` marks a threat.
 fn links(plan: &Plan) -> Vec<String> {
     let reason = |reason: &LinkReason| match reason {
-        LinkReason::Attribute(name) => name.clone(),
+        LinkReason::Attribute(name) => name.to_string(),
         LinkReason::Order => "order".into(),
         LinkReason::Threat(name) => format!("!{name}"),
         LinkReason::Motion => "motion".into(),
@@ -175,8 +175,8 @@ fn motions_stand_in_one_line() {
     let plan = projected("method Go(Agent A) { { subtasks { 1: Take(A, CUP); 2: Take(H, BOX); }; } }");
     assert_eq!(links(&plan), ["0 -> 1 motion"]);
     assert_eq!(times(&plan), [(0.0, 2.0), (2.0, 5.0)]);
-    assert_eq!(plan.actions[0].changes["CUP.users"], "[R, H]");
-    assert_eq!(plan.actions[1].changes["BOX.users"], "[]");
+    assert_eq!(plan.actions[0].changes.get("CUP.users").map(|v| &**v), Some("[R, H]"));
+    assert_eq!(plan.actions[1].changes.get("BOX.users").map(|v| &**v), Some("[]"));
 }
 
 /// What geometry changed is a link as much as what effects say.

@@ -149,6 +149,34 @@ fn later_filters_see_earlier_variables_and_are_evaluated_again_for_each() {
     assert_eq!(looked(methods), "CUP PEN PEN CUP");
 }
 
+/// A literal of a later filter is tested as soon as all that it mentions is bound: the values that pass, and their order, are
+/// the same, but nobody binds what can't help. No entity is then looked at for `P` and `Q`: `O` alone takes back a choice.
+#[test]
+fn a_literal_about_earlier_variables_is_tested_when_they_are_bound() {
+    let methods = "method Go(Agent A) { { subtasks {
+        O = SELECT(Object, {});
+        P = SELECT(Object, {});
+        Q = SELECT(Object, {O.weight == 2; Q == P;});
+        1: Look(A, O); 2: Look(A, Q) > 1; }; } }";
+    let run = symbolic(&text(methods), "Go(R)");
+    assert_eq!(run.plan(), "Look(R,CUP) Look(R,CUP)");
+    let methods = methods.replace("O.weight == 2", "O.weight == 99");
+    let run = symbolic(&text(&methods), "Go(R)");
+    assert!(run.is_exhausted());
+    let reasons = run.outcome.why_not.reasons();
+    let (words, reason) = &reasons[0];
+    assert!(words.contains("Q") && words.contains("99"), "{words}");
+    let n_objects = run
+        .domain
+        .types
+        .iter()
+        .find(|t| t.name == "Object")
+        .unwrap()
+        .entities
+        .len() as u64;
+    assert_eq!(reason.n_branches, n_objects, "{words}");
+}
+
 #[test]
 fn a_variable_of_one_select_is_not_disturbed_by_a_quantifier_of_another() {
     let methods = "method Go(Agent A) { { subtasks {

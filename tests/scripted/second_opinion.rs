@@ -23,7 +23,7 @@ fn arguments_are_those_of_the_moment_at_which_the_subtask_is_reached() {
         agreed("method Go(Agent A) { { subtasks { 1: Move(A, CUP, SHELF); 2: Move(A, BOX, CUP.at) > 1; }; } }");
     assert_eq!(plan.actions[1].arguments, ["R", "BOX", "SHELF"]);
     plan.actions[1].arguments[2] = "TABLE".into();
-    plan.actions[1].changes["BOX.at"] = "TABLE".into();
+    plan.actions[1].changes.insert("BOX.at".into(), "TABLE".into());
     plan.decomposition[2].arguments[2] = "TABLE".into();
     // The link said that the box needs to know where the cup is put; nothing else is wrong.
     assert_eq!(second_opinion(&run, &plan).unwrap_err().code(), "subtasks");
@@ -37,7 +37,7 @@ fn variables_are_those_of_the_moment_of_the_decomposition() {
     );
     assert_eq!(plan.actions[1].arguments, ["R", "BOX", "TABLE"]);
     plan.actions[1].arguments[2] = "SHELF".into();
-    plan.actions[1].changes["BOX.at"] = "SHELF".into();
+    plan.actions[1].changes.insert("BOX.at".into(), "SHELF".into());
     plan.decomposition[2].arguments[2] = "SHELF".into();
     assert_eq!(second_opinion(&run, &plan).unwrap_err().code(), "subtasks");
 }

@@ -316,7 +316,7 @@ pub fn symbols() -> Vec<Damage> {
             pick,
             &["isOn(RED, TABLE)"],
             right(|p| {
-                p.actions[PICK].changes.shift_remove("RED.isOn");
+                p.actions[PICK].changes.remove("RED.isOn");
             }),
         ),
         damage(

@@ -119,7 +119,7 @@ fn geometry(action: &str, gas: u32, placement: Option<Placement>, sub_actions: V
 }
 
 fn action(index: usize, name: &str, arguments: &[&str], agents: &[&str], changes: &[(&str, &str)]) -> Action {
-    let owned = |all: &[&str]| all.iter().map(|s| s.to_string()).collect();
+    let owned = |all: &[&str]| all.iter().map(|s| (*s).into()).collect();
     Action {
         index,
         name: name.into(),
@@ -130,7 +130,7 @@ fn action(index: usize, name: &str, arguments: &[&str], agents: &[&str], changes
         start: 0.0,
         end: 1.0,
         geometry: None,
-        changes: changes.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect(),
+        changes: changes.iter().map(|(k, v)| ((*k).into(), (*v).into())).collect(),
     }
 }
 
@@ -141,7 +141,7 @@ fn node(
     decomposition: Option<usize>,
     action: Option<usize>,
 ) -> Node {
-    let arguments = arguments.iter().map(|s| s.to_string()).collect();
+    let arguments = arguments.iter().map(|s| (*s).into()).collect();
     Node {
         task: task.into(),
         arguments,
@@ -194,7 +194,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
             ("BLUE.isReachable", "[HUMAN]"),
         ],
     );
-    pick.geometry = Some(geometry(
+    pick.geometry = Some(Box::new(geometry(
         "pick",
         0,
         None,
@@ -204,7 +204,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
             fingers("grasp", open, recipe.grip, Some(attach)),
             arm("disengage", Motion::Straight, &[grasp, lifted]),
         ],
-    ));
+    )));
 
     let [x, y, yaw] = recipe.place;
     let down_there = [x, y, z_above(recipe.drop), yaw];
@@ -240,7 +240,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
             ("BLUE.isReachable", "[GANTRY, HUMAN]"),
         ],
     );
-    place.geometry = Some(geometry(
+    place.geometry = Some(Box::new(geometry(
         "placeReachable",
         1,
         Some(placement),
@@ -250,7 +250,7 @@ pub fn plan(recipe: &Recipe) -> Plan {
             fingers("release", recipe.grip, open, Some(detach)),
             arm("retract", Motion::Straight, &[down_there, above(down_there, 0.1)]),
         ],
-    ));
+    )));
     let serve = Some(SERVE);
     let decomposition = vec![
         node("Serve", &["GANTRY", "HUMAN"], None, Some(0), None),

@@ -8,7 +8,7 @@ use sgap::{
         pose_xyz_rpy,
         shape::Shape,
     },
-    plan::{Action, AttachmentChange, Geometry, Motion, Node, Plan, SubAction, Trajectory, VERSION},
+    plan::{Action, AttachmentChange, Changes, Geometry, Motion, Node, Plan, SubAction, Trajectory, VERSION},
     world::{Agent, AgentKind, AgentState, Arm, Body, Gripper, Object, ObjectState, Part, Scene, State},
 };
 
@@ -253,7 +253,7 @@ fn action(index: usize, name: &str, arguments: &[&str], start: f64, sub_actions:
         duration: [duration, duration],
         start,
         end: start + duration,
-        geometry: Some(Geometry {
+        geometry: Some(Box::new(Geometry {
             action: name.to_lowercase(),
             gas: index as u32,
             alternative: 0,
@@ -264,8 +264,8 @@ fn action(index: usize, name: &str, arguments: &[&str], start: f64, sub_actions:
             placement: None,
             cost_parts: IndexMap::new(),
             sub_actions,
-        }),
-        changes: IndexMap::new(),
+        })),
+        changes: Changes::default(),
     }
 }
 
