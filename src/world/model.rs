@@ -72,45 +72,35 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
         }
     }
     let model = robot.map(|(urdf, robot)| {
-        let srdf = read_srdf(
-            &root,
-            path,
-            &urdf,
-            &wanted.packages,
-            &robot.tree,
-            sources,
-            files,
-            &mut problems,
-        );
+        let srdf = match root.text("srdf", &mut problems) {
+            Some(name) => read_srdf(path, name, &wanted.packages, &robot.tree, sources, files, &mut problems),
+            None => srdf::read_first(&srdf::beside(&urdf), &robot.tree, sources, files, &mut problems),
+        };
         fill(&root, robot, &srdf, file, &mut problems)
     });
     (model.filter(|_| !problems.has_errors()), problems)
 }
 
-/// Reads the SRDF that the model file names, or one beside the URDF.
+/// Reads the SRDF that the model file names.
 fn read_srdf(
-    root: &Table<'_>,
     path: &str,
-    urdf: &str,
+    name: Name<'_>,
     packages: &[String],
     tree: &Tree,
     sources: &mut Sources,
     files: &dyn Files,
     problems: &mut Problems,
 ) -> Srdf {
-    if let Some(name) = root.text("srdf", problems) {
-        return match find("SRDF", path, name, packages, files) {
-            Ok((path, text)) => {
-                let file = sources.add(path, text.clone());
-                srdf::read(&text, file, tree, problems)
-            }
-            Err(problem) => {
-                problems.push(*problem);
-                Srdf::default()
-            }
-        };
+    match find("SRDF", path, name, packages, files) {
+        Ok((path, text)) => {
+            let file = sources.add(path, text.clone());
+            srdf::read(&text, file, tree, problems)
+        }
+        Err(problem) => {
+            problems.push(*problem);
+            Srdf::default()
+        }
     }
-    srdf::read_first(&srdf::beside(urdf), tree, sources, files, problems)
 }
 
 /// What `packages` and `[meshes]` say.
