@@ -308,7 +308,7 @@ fn a_plan_that_lies_about_beliefs_is_refused() {
         (
             "who does it is said not to know",
             |plan| {
-                plan.actions[2].changes.shift_remove("ANNE.believes(MARBLE.isIn)");
+                plan.actions[2].changes.remove("ANNE.believes(MARBLE.isIn)");
             },
             "changes",
             Some(2),
@@ -316,7 +316,7 @@ fn a_plan_that_lies_about_beliefs_is_refused() {
         (
             "who saw it is said not to know",
             |plan| {
-                plan.actions[0].changes.shift_remove("ANNE.believes(MARBLE.isIn)");
+                plan.actions[0].changes.remove("ANNE.believes(MARBLE.isIn)");
             },
             "changes",
             Some(0),
@@ -336,7 +336,7 @@ fn a_plan_that_lies_about_beliefs_is_refused() {
         (
             "an argument is another",
             |plan| {
-                plan.actions[2].changes.shift_remove("BOX.visited(MARBLE)");
+                plan.actions[2].changes.remove("BOX.visited(MARBLE)");
                 told(plan, 2, "BASKET.visited(MARBLE)", "[SALLY, ANNE]");
             },
             "changes",
