@@ -29,13 +29,13 @@ const BUDGET: Budget = Budget {
 };
 
 const RULES: [&str; 16] = [
-    "undesirable state held weight 2 { R.holds == CUP; }",
+    "undesirable state held weight 2 { R.holds != BOX; }",
     "undesirable state used(Object O, Agent A) weight 1 { A >> O.users; }",
     "undesirable state both(Agent A) weight 0.5 { A.holds != NULL; NOT { EXIST(Object O, {O.done == true;}); }; }",
     "undesirable sequence again(Object O) weight 1 { Act0(_, O); Act0(_, O) immediate; }",
     "undesirable sequence turns(Agent A, Agent B, Object O) weight 1.5 { Act1(A, O); Act0(B, O); }",
     "undesirable sequence three(Object O, Agent A) weight 2 { Act0(_, O); Act1(_, O); Act1(A, _) immediate; }",
-    "undesirable sequence joint(Agent A) weight 3 { Act2(_, _, A); Act0(A, BOX) immediate; }",
+    "undesirable sequence joint(Agent A) weight 3 { Act2(_, _, A); Act0(A, _); }",
     "undesirable sequence once weight 0.25 { Act2(R, CUP, _); }",
     "effort balance weight 1;",
     "effort balance much weight 2.5;",
@@ -98,7 +98,7 @@ fn costs(run: &Run) -> Vec<f64> {
 }
 
 proptest! {
-    #![proptest_config(Config { cases: 150, failure_persistence: None, ..Config::default() })]
+    #![proptest_config(Config { cases: 100, failure_persistence: None, ..Config::default() })]
 
     #[test]
     fn no_plan_costs_less_than_the_best(choices in choices(), rules in rules(), interleave in any::<bool>()) {
@@ -172,8 +172,16 @@ fn rules_matter() {
         if run.outcome.found.is_none() {
             continue;
         }
-        for part in run.document().cost_parts.iter().filter(|p| p.amount > 0.0) {
-            *counted.entry(part.name.clone()).or_default() += 1;
+        // The best plans avoid what rules count; others do not.
+        let all = Settings {
+            aim: Aim::All(10),
+            ..settings
+        };
+        let all = search(&domain(&choices, &rules, Kind::Symbolic), Scripted::new("", &[]), &all);
+        for plan in (0..all.n_plans()).map(|i| all.document_of(i)) {
+            for part in plan.cost_parts.iter().filter(|p| p.amount > 0.0) {
+                *counted.entry(part.name.clone()).or_default() += 1;
+            }
         }
         let plain = search(
             &domains::domain(&choices, Kind::Symbolic),

@@ -365,7 +365,10 @@ fn codes() -> BTreeMap<String, String> {
             };
             let is_name =
                 !name.is_empty() && !name.ends_with('-') && name.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if ["hatp", "hddl", "world", "urdf", "plan", "output", "trace"].contains(&room) && is_name {
+            let rooms = [
+                "hatp", "hddl", "world", "urdf", "srdf", "mesh", "plan", "output", "trace",
+            ];
+            if rooms.contains(&room) && is_name {
                 found.insert(text.to_string(), source.path.clone());
             }
         }

@@ -2,6 +2,7 @@
 //!
 //! `cargo run --example own_reasoner` plans with it. The engine asks four things: can this be done (`project`), can it be done
 //! in another way (`find_alternative`), what is true now (`fact`, `request`), and to go back (`save`, `restore`).
+#![expect(clippy::print_stdout, reason = "an example prints")]
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

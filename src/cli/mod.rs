@@ -76,7 +76,7 @@ enum Command {
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --best --branching 2
   sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE)' --all 3
   sgap plan domains/transport.hddl domains/transport_1.hddl --format ipc
-  sgap plan domains/clear_table.hatp --task 'Wipe(PR2, TABLE); ClearTable(TABLE) > 1'
+  sgap plan domains/clear_table.hatp --task 'ClearTable(TABLE); Wipe(PR2, TABLE) > 1'
   sgap plan domains/three_objects.hatp worlds/three_objects.toml --from plan.json --after 2 --seed 3")]
     Plan(plan::Options),
     /// Check a plan again from nothing: every test, effect, trajectory, collision and fact

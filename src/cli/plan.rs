@@ -249,7 +249,7 @@ fn search_all(
     let world = ready.has_world.then_some(&ready.world);
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
-    let answer = answer.map_err(super::fail)?;
+    let answer = answer.map_err(|problem| super::fail(*problem))?;
     if options.stats {
         say(&statistics(
             &answer.statistics,

@@ -1,6 +1,6 @@
 //! Reads files. All other rooms see texts alone, through [`Files`].
 
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::source::Files;
@@ -112,10 +112,9 @@ fn cache() -> Option<PathBuf> {
 /// Writes beside the target and renames: another run never reads half a file.
 fn keep(folder: &Path, key: &str, bytes: &[u8]) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.persist(folder.join(key))?;
-    Ok(())
+    let beside = folder.join(format!("{key}.{}", std::process::id()));
+    std::fs::write(&beside, bytes)?;
+    std::fs::rename(&beside, folder.join(key))
 }
 
 /// Returns the names in a folder, sorted: the order of a file system says nothing.

@@ -99,7 +99,7 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
     // The second file of an HDDL pair is no world.
     let world = paths.world.filter(|_| names.is_none()).map(|_| &world);
     search(&domain, world, &goal, options).map_err(|problem| {
-        problems.push(problem);
+        problems.push(*problem);
         rejected(problems, sources)
     })
 }
@@ -109,7 +109,12 @@ pub fn plan(paths: &Paths<'_>, files: &dyn Files, options: Options<'_>) -> Resul
 /// # Errors
 ///
 /// Geometry can't be asked about this world.
-pub fn search(domain: &Domain, world: Option<&World>, goal: &Goal, options: Options<'_>) -> Result<Answer, Problem> {
+pub fn search(
+    domain: &Domain,
+    world: Option<&World>,
+    goal: &Goal,
+    options: Options<'_>,
+) -> Result<Answer, Box<Problem>> {
     let mut granted = Granted::default();
     let mut grp = match (&options.reasoner, world) {
         (None, Some(world)) => {

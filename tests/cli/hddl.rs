@@ -29,8 +29,7 @@ fn a_pair_is_planned_validated_checked_and_imported() {
     assert_eq!(two.matches("<==\n").count(), 2);
     lab.ends(0, &["check", "d.hddl", "p.hddl"]).says(&["3 actions"]);
     lab.ends(0, &["plan", "d.hddl", "p.hddl", "--json", "-o", "plan.json"]);
-    lab.ends(0, &["validate", "d.hddl", "p.hddl", "plan.json"])
-        .says(&["valid"]);
+    lab.ends(0, &["validate", "d.hddl", "p.hddl", "plan.json"]);
     let plan = std::fs::read_to_string(lab.path("plan.json")).unwrap();
     lab.write("bad.json", plan.replacen("\"mill\"", "\"farm\"", 1));
     lab.ends(20, &["validate", "d.hddl", "p.hddl", "bad.json"]);

@@ -41,7 +41,7 @@ fn a_task_that_can_no_longer_be_done_ends_the_branch_at_once() {
     assert_eq!(ahead.outcome.statistics.dead_ends, 3);
     assert_eq!(
         ahead.reasons()[0],
-        "1 x End(R) can't be done any more: R.count == 7 is false (R.count is NULL)"
+        "3 x End(R) can't be done any more: R.count == 7 is false (R.count is NULL)"
     );
 }
 
