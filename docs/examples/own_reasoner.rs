@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn things_are_brought_to_where_the_other_robot_reaches() -> Result<(), Rejected> {
         let (answer, is_as_before) = solve((0, 110), (90, 200))?;
-        let actions: Vec<String> = answer.plans[0].actions.iter().map(|a| a.name.clone()).collect();
+        let actions: Vec<String> = answer.plans[0].actions.iter().map(|a| a.name.to_string()).collect();
         assert_eq!(actions, ["Pick", "Place", "Pick", "Place"]);
         assert!(is_as_before, "all is undone after the search");
         assert_eq!(answer.statistics.alternatives, 0);

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use sgap::engine::{Aim, Cuts, Ending, Kept, Settings};
 use sgap::ir::{Domain, TaskId};
-use sgap::plan::{Action, Geometry};
+use sgap::plan::{Action, Changes, Geometry};
 
 use crate::reasoner::{Scripted, solution};
 use crate::run::{FIRST, Run, compile, goal, repair, second_opinion};
@@ -43,15 +43,15 @@ fn keep(domain: &mut Domain, text: &str, alternative: Option<u32>) -> Kept {
     });
     let written = Action {
         index: 0,
-        name: domain.actions[action.index()].name.clone(),
-        arguments,
+        name: domain.actions[action.index()].name.as_str().into(),
+        arguments: arguments.into_iter().map(Into::into).collect(),
         agents: Vec::new(),
         cost: 0.0,
         duration: [0.0; 2],
         start: 0.0,
         end: 0.0,
-        geometry,
-        changes: IndexMap::new(),
+        geometry: geometry.map(Box::new),
+        changes: Changes::default(),
     };
     Kept {
         action,
