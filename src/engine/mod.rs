@@ -39,7 +39,7 @@ mod shuffle;
 mod state;
 mod take_up;
 
-pub use document::document;
+pub use document::{document, schedule};
 pub use kept::Kept;
 pub use observe::{Event, Observer};
 pub use outcome::{

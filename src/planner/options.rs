@@ -23,6 +23,8 @@ pub struct Options<'a> {
     pub kept: &'a [Kept],
     /// Answers for geometry instead of this crate's.
     pub reasoner: Option<&'a mut dyn Reasoner>,
+    /// Whether the documents say how the task was decomposed; else their decomposition is empty.
+    pub decomposition: bool,
     /// Hears of every (better) plan when it is found.
     pub on_plan: Option<&'a mut dyn FnMut(&News<'_>)>,
     /// Hears of all that the search does.
@@ -79,6 +81,7 @@ impl Default for Options<'_> {
             stop: Arc::new(AtomicBool::new(false)),
             kept: &[],
             reasoner: None,
+            decomposition: true,
             on_plan: None,
             observer: None,
         }
