@@ -116,6 +116,30 @@ fn scan(steps: usize) -> Problem {
     Problem::new(&text, &format!("Round(A, {steps})"))
 }
 
+/// As `ring`, with two ways on from each room: every SELECT leaves a choice open.
+fn fork(steps: usize) -> Problem {
+    let rooms: String = (0..8).map(|i| format!("R{i} = new Room; ")).collect();
+    let ways: String = (0..8)
+        .map(|i| format!("R{i}.next <<= R{}; R{i}.next <<= R{}; ", (i + 1) % 8, (i + 2) % 8))
+        .collect();
+    let text = format!(
+        "factdatabase {{
+           define entityType Room;
+           define entityAttributes Agent {{ dynamic atom Room in; dynamic atom number steps; }}
+           define entityAttributes Room {{ static set Room next; }}
+           A = new Agent; A.steps = 0; {rooms} {ways} A.in = R0;
+         }}
+         HTN {{
+           action Go(Agent A, Room R) {{ preconditions {{ R >> A.in.next; }}; effects {{ A.in = R; A.steps = A.steps + 1; }}; }}
+           method Round(Agent A, number N) {{
+             goal {{ A.steps >= N; }}
+             {{ subtasks {{ R = SELECT(Room, {{R >> A.in.next;}}); 1: Go(A, R); 2: Round(A, N) > 1; }}; }}
+           }}
+         }}"
+    );
+    Problem::new(&text, &format!("Round(A, {steps})"))
+}
+
 /// The tower of Hanoi.
 fn hanoi(discs: usize) -> Problem {
     // Pegs hold their top disc; a disc knows what it lies on.
@@ -204,6 +228,12 @@ fn one_select_for_each_step(bencher: Bencher<'_, '_>, steps: usize) {
 #[divan::bench(args = [1_000, 100_000])]
 fn one_select_that_scans(bencher: Bencher<'_, '_>, steps: usize) {
     scan(steps).bench(bencher, &SETTINGS);
+}
+
+/// As many open choice points as moves.
+#[divan::bench(args = [1_000, 1_000_000])]
+fn one_open_choice_for_each_step(bencher: Bencher<'_, '_>, steps: usize) {
+    fork(steps).bench(bencher, &SETTINGS);
 }
 
 #[divan::bench(args = [10, 17, 20])]

@@ -75,6 +75,10 @@ pub(super) struct SearchOptions {
     /// Tasks taken up before the search gives up
     #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     max_expansions: u64,
+    /// Tasks taken up by the search that is made again where tasks came back to themselves; 0: none is made [default: 10
+    /// times as many as before and at least 10000, with 2 times as many geometric actions and at least 100]
+    #[arg(long, value_name = "N")]
+    max_fall_back: Option<u64>,
     /// Methods inside methods before a branch gives up
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     max_depth: usize,
@@ -133,6 +137,7 @@ impl SearchOptions {
             .max_expansions(self.max_expansions)
             .max_depth(self.max_depth);
         options.search.branching = self.branching;
+        options.search.fall_back = self.max_fall_back;
         options.search.strategy = self.strategy.with(self.seed);
         options.search.aim = match self.all {
             Some(n) => Aim::All(n),
@@ -165,7 +170,10 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         None => None,
     };
     let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
-    let plans = search_all(&ready, &options.search, Some((&options.repair, &kept)), observer);
+    // The table shows no decomposition.
+    let decomposition = options.json || as_ipc;
+    let repair = Some((&options.repair, kept.as_slice()));
+    let plans = search_all(&ready, &options.search, repair, observer, decomposition);
     let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
     let plans = match plans {
         Ok(plans) => plans,
@@ -200,17 +208,18 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
 
 /// Plans; without a plan says why on the standard error and fails with its exit code. Of several plans, returns the first.
 pub(super) fn search(ready: &Ready, options: &SearchOptions) -> Result<Plan, Failure> {
-    let plan = search_all(ready, options, None, None)?.into_iter().next();
+    let plan = search_all(ready, options, None, None, true)?.into_iter().next();
     plan.ok_or(Failure::Code(code::NO_PLAN))
 }
 
 /// As [`search`], with all plans that were asked for, one at least; each begins with what is kept. `observer` hears of all
-/// that the search does.
+/// that the search does. `decomposition` says whether the plans have to tell theirs.
 fn search_all(
     ready: &Ready,
     options: &SearchOptions,
     repair: Option<(&RepairOptions, &[Kept])>,
     observer: Option<&mut dyn Observer>,
+    decomposition: bool,
 ) -> Result<Vec<Plan>, Failure> {
     #[expect(clippy::disallowed_methods, reason = "the time that `--stats` prints")]
     let begin = Instant::now();
@@ -244,6 +253,7 @@ fn search_all(
     };
     let kept = repair.map_or(&[] as &[Kept], |(_, kept)| kept);
     let mut settings = options.settings().keep(kept).stop(stop).on_plan(&mut on_plan);
+    settings.decomposition = decomposition;
     let is_traced = observer.is_some();
     settings.observer = observer.map(|o| o as &mut dyn Observer);
     let world = ready.has_world.then_some(&ready.world);

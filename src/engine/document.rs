@@ -19,6 +19,20 @@ pub fn document(
     seed: u64,
     geometry: &dyn Fn(GasRef) -> Option<Geometry>,
 ) -> Plan {
+    let mut plan = schedule(found, domain, goal, seed, geometry);
+    plan.decomposition = decomposition(found, domain, &mut Names::new(domain));
+    plan
+}
+
+/// As [`document`], with an empty decomposition: for who shows the actions alone. Of a long plan it is a
+/// quarter of all memory.
+pub fn schedule(
+    found: &Found,
+    domain: &Domain,
+    goal: &Goal,
+    seed: u64,
+    geometry: &dyn Fn(GasRef) -> Option<Geometry>,
+) -> Plan {
     let mut names = Names::new(domain);
     let links = links(found, domain, &mut names);
     let mut streams: IndexMap<EntityId, Vec<usize>> = IndexMap::new();
@@ -74,7 +88,7 @@ pub fn document(
             .map(|(agent, stream)| (domain.entities[agent.index()].name.clone(), stream))
             .collect(),
         links,
-        decomposition: decomposition(found, domain, &mut names),
+        decomposition: Vec::new(),
     }
 }
 

@@ -25,6 +25,7 @@ pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Ve
         last_writer: vec![NONE; domain.slots.len()],
         readers: vec![Vec::new(); domain.slots.len()],
         last_motion: NONE,
+        writes: Vec::new(),
     };
     let mut reduction = Reduction::default();
     let mut links = Vec::new();
@@ -58,7 +59,8 @@ pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Ve
             });
         }
     }
-    links.sort_by_key(|link| (link.before, link.after));
+    // No pair is there twice.
+    links.sort_unstable_by_key(|link| (link.before, link.after));
     links
 }
 
@@ -69,6 +71,8 @@ struct Dependencies {
     /// By slot: those that have read it since it was written.
     readers: Vec<Vec<u32>>,
     last_motion: u32,
+    /// Room for what a step writes.
+    writes: Vec<SlotId>,
 }
 
 impl Dependencies {
@@ -82,16 +86,18 @@ impl Dependencies {
                 needs.push((writer, Why::Attribute(*slot)));
             }
         }
-        let mut writes = found.writes(step).to_vec();
+        let writes = &mut self.writes;
+        writes.clear();
+        writes.extend_from_slice(found.writes(step));
         writes.extend(found.changes(index).iter().map(|(slot, _)| *slot));
         if step.gas.is_some() {
             writes.extend(&found.overruled);
         }
         writes.sort_unstable();
         writes.dedup();
-        for slot in writes {
-            let readers = std::mem::take(&mut self.readers[slot.index()]);
-            needs.extend(readers.into_iter().map(|reader| (reader, Why::Threat(slot))));
+        for slot in writes.iter().copied() {
+            let readers = self.readers[slot.index()].drain(..);
+            needs.extend(readers.map(|reader| (reader, Why::Threat(slot))));
             let writer = std::mem::replace(&mut self.last_writer[slot.index()], this);
             if writer != NONE {
                 needs.push((writer, Why::Threat(slot)));

@@ -149,7 +149,12 @@ pub fn search(
     let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
     let document = |found| {
-        let mut plan = engine::document(found, domain, goal, options.seed, &geometry);
+        let document = if options.decomposition {
+            engine::document
+        } else {
+            engine::schedule
+        };
+        let mut plan = document(found, domain, goal, options.seed, &geometry);
         keep::as_written(&mut plan, options.kept);
         plan
     };

@@ -23,6 +23,8 @@ pub struct Options<'a> {
     pub kept: &'a [Kept],
     /// Answers for geometry instead of this crate's.
     pub reasoner: Option<&'a mut dyn Reasoner>,
+    /// Whether the documents say how the task was decomposed; else their decomposition is empty.
+    pub decomposition: bool,
     /// Hears of every (better) plan when it is found.
     pub on_plan: Option<&'a mut dyn FnMut(&News<'_>)>,
     /// Hears of all that the search does.
@@ -68,6 +70,7 @@ impl Default for Options<'_> {
                     expansions: 10_000_000,
                     depth: 100_000,
                 },
+                fall_back: None,
             },
             interleave: None,
             geometry: grp::Settings {
@@ -79,6 +82,7 @@ impl Default for Options<'_> {
             stop: Arc::new(AtomicBool::new(false)),
             kept: &[],
             reasoner: None,
+            decomposition: true,
             on_plan: None,
             observer: None,
         }
@@ -119,6 +123,12 @@ impl<'a> Options<'a> {
     /// Ends the search after that many tasks were taken up.
     pub fn max_expansions(mut self, n: u64) -> Self {
         self.search.budget.expansions = n;
+        self
+    }
+
+    /// Ends the search that is made again without unsafe cuts after it has taken up that many tasks; with 0 there is none.
+    pub fn max_fall_back(mut self, n: u64) -> Self {
+        self.search.fall_back = Some(n);
         self
     }
 

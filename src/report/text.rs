@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::io;
 
-use crate::engine::{Ending, Statistics, Truncated};
+use crate::engine::{Ending, FallBackEnd, Statistics, Truncated};
 use crate::plan::{Action, Plan, ReasonGroup, WhyNot};
 
 /// Returns what [`write_plan`] writes.
@@ -33,13 +33,21 @@ pub fn write_plan(plan: &Plan, out: &mut dyn io::Write) -> io::Result<()> {
     if !plan.streams.is_empty() {
         writeln!(out, "\nstreams")?;
         let widest = plan.streams.keys().map(|k| k.chars().count()).max().unwrap_or(0);
+        let mut text = String::new();
         for (agent, stream) in &plan.streams {
             write!(out, "  {agent:widest$}  ")?;
             let steps = stream.iter().filter_map(|i| plan.actions.get(*i));
             for (i, a) in steps.enumerate() {
-                let between = if i > 0 { " | " } else { "" };
-                let (start, end) = (Fixed::<2>(a.start), Fixed::<2>(a.end));
-                write!(out, "{between}{} {} {start}-{end}", a.index, a.name)?;
+                text.clear();
+                text.push_str(if i > 0 { " | " } else { "" });
+                whole(a.index as u64, &mut text);
+                text.push(' ');
+                text.push_str(&a.name);
+                text.push(' ');
+                fixed::<2>(a.start, &mut text);
+                text.push('-');
+                fixed::<2>(a.end, &mut text);
+                out.write_all(text.as_bytes())?;
             }
             writeln!(out)?;
         }
@@ -102,29 +110,52 @@ const HEADINGS: [&str; 8] = [
 /// Numbers to the right, words to the left.
 const RIGHT: [bool; 8] = [true, true, true, false, false, false, false, true];
 
-/// A number with `D` digits after the point. Whole ones, as most are in a domain without geometry, take no long division.
-struct Fixed<const D: usize>(f64);
+/// Writes a number with `D` digits after the point. Whole ones, as most are in a domain without geometry, take no long
+/// division.
+fn fixed<const D: usize>(x: f64, out: &mut String) {
+    /// Up to here every whole number is one.
+    const MOST: f64 = 9_007_199_254_740_992.0;
+    if D <= 8 && x.fract() == 0.0 && x.is_sign_positive() && x < MOST {
+        whole(x as u64, out);
+        out.push('.');
+        out.push_str(&"00000000"[..D]);
+    } else {
+        let _ = write!(out, "{x:.D$}");
+    }
+}
 
-impl<const D: usize> std::fmt::Display for Fixed<D> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        /// Up to here every whole number is one.
-        const MOST: f64 = 9_007_199_254_740_992.0;
-        let is_whole = self.0.fract() == 0.0 && self.0.is_sign_positive() && self.0 < MOST;
-        if is_whole && D <= 8 {
-            write!(f, "{}.{}", self.0 as u64, &"00000000"[..D])
-        } else {
-            write!(f, "{:.D$}", self.0)
+/// Writes a whole number. Most of a long plan's table is that, and the standard library's formatter asks first for widths,
+/// signs and blanks.
+fn whole(mut x: u64, out: &mut String) {
+    let mut digits = [b'0'; 20];
+    let mut from = digits.len();
+    loop {
+        from -= 1;
+        digits[from] = b'0' + (x % 10) as u8;
+        x /= 10;
+        if x == 0 {
+            break;
         }
     }
+    // INVARIANT: digits are text.
+    out.push_str(std::str::from_utf8(&digits[from..]).unwrap_or_default());
 }
 
 /// Writes one cell of an action's row.
 fn cell(action: &Action, column: usize, out: &mut String) {
-    let geometry = action.geometry.as_ref();
-    let _ = match (column, geometry) {
-        (0, _) => write!(out, "{}", action.index),
-        (1, _) => write!(out, "{}", Fixed::<2>(action.start)),
-        (2, _) => write!(out, "{}", Fixed::<2>(action.end)),
+    let _ = match (column, action.geometry.as_ref()) {
+        (0, _) => {
+            whole(action.index as u64, out);
+            Ok(())
+        }
+        (1, _) => {
+            fixed::<2>(action.start, out);
+            Ok(())
+        }
+        (2, _) => {
+            fixed::<2>(action.end, out);
+            Ok(())
+        }
         (3, _) => {
             out.push_str(&action.name);
             out.push('(');
@@ -135,7 +166,10 @@ fn cell(action: &Action, column: usize, out: &mut String) {
             out.push(')');
             Ok(())
         }
-        (7, _) => write!(out, "{}", Fixed::<4>(action.cost)),
+        (7, _) => {
+            fixed::<4>(action.cost, out);
+            Ok(())
+        }
         (4, Some(g)) => write!(out, "{}", g.arm),
         (5, Some(g)) => write!(out, "{}", g.grasp),
         (6, Some(g)) => g.placement.as_ref().map_or(Ok(()), |p| {
@@ -150,6 +184,24 @@ fn cell(action: &Action, column: usize, out: &mut String) {
     };
 }
 
+/// Returns how many characters a text has: to count bytes is quicker, and most texts have nothing else.
+fn n_chars(text: &str) -> usize {
+    if text.is_ascii() {
+        text.len()
+    } else {
+        text.chars().count()
+    }
+}
+
+fn blanks(mut n: usize, out: &mut String) {
+    const SOME: &str = "                ";
+    while n > 0 {
+        let now = n.min(SOME.len());
+        out.push_str(&SOME[..now]);
+        n -= now;
+    }
+}
+
 /// Writes the actions as rows; columns that are empty but for their heading are left out. Widths are found first, so that
 /// no row has to wait for the longest one.
 fn table(actions: &[Action], out: &mut dyn io::Write) -> io::Result<()> {
@@ -158,7 +210,7 @@ fn table(actions: &[Action], out: &mut dyn io::Write) -> io::Result<()> {
     let mut measure = |column: usize, action: &Action| {
         text.clear();
         cell(action, column, &mut text);
-        text.chars().count()
+        n_chars(&text)
     };
     for (column, width) in widths.iter_mut().enumerate() {
         // Of numbers the greatest is the widest, and there is none below 0.
@@ -178,17 +230,17 @@ fn table(actions: &[Action], out: &mut dyn io::Write) -> io::Result<()> {
         };
     }
     let shown: Vec<usize> = (0..8).filter(|c| widths[*c] > 0).collect();
+    let mut line = String::new();
     let mut row = |write_cell: &dyn Fn(usize, &mut String)| {
-        let mut line = String::new();
+        line.clear();
         for column in &shown {
-            line.push_str("  ");
-            let begin = line.len();
-            write_cell(*column, &mut line);
-            let width = line[begin..].chars().count();
-            let pad = widths[*column].max(HEADINGS[*column].chars().count()) - width;
-            let at = if RIGHT[*column] { begin } else { line.len() };
-            // Blanks are written where they belong.
-            line.insert_str(at, &" ".repeat(pad));
+            text.clear();
+            write_cell(*column, &mut text);
+            let pad = widths[*column].max(HEADINGS[*column].chars().count()) - n_chars(&text);
+            let (before, after) = if RIGHT[*column] { (pad, 0) } else { (0, pad) };
+            blanks(2 + before, &mut line);
+            line.push_str(&text);
+            blanks(after, &mut line);
         }
         line.truncate(line.trim_end().len());
         line.push('\n');
@@ -213,11 +265,18 @@ pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String 
 
 /// Says that the search was made again without its unsafe cuts, and how far that went; nothing where it was not.
 pub fn fall_back(statistics: &Statistics) -> String {
-    match statistics.returns {
-        0 => String::new(),
-        1 => "; searched again with tasks let come back to themselves once".to_owned(),
-        n => format!("; searched again with tasks let come back to themselves up to {n} times"),
-    }
+    let times = match statistics.returns {
+        0 => return String::new(),
+        1 => "once".to_owned(),
+        n => format!("up to {n} times"),
+    };
+    let end = match statistics.fall_back {
+        FallBackEnd::None => String::new(),
+        FallBackEnd::Expansions(n) => format!(", within {n} expansions (--max-fall-back gives it more)"),
+        FallBackEnd::Projections(n) => format!(", within {n} geometric actions (--max-fall-back gives it more)"),
+        FallBackEnd::Budget => ", until the budget was spent (--max-expansions gives more)".to_owned(),
+    };
+    format!("; searched again with tasks let come back to themselves {times}{end}")
 }
 
 /// Returns the deepest point that a search without a plan reached, and what ended its branches.
