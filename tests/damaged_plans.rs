@@ -4,6 +4,8 @@
 #[expect(dead_code, reason = "the suite uses more of it")]
 mod planning;
 
+use std::collections::BTreeMap;
+
 use planning::Case;
 use sgap::geom::Pose;
 use sgap::plan::{AttachmentChange, Plan, SubAction};
@@ -356,4 +358,55 @@ fn a_plan_that_lies_about_beliefs_is_refused() {
         assert_eq!(fault.code(), *code, "{what}: {fault}");
         assert!(is_at(&fault, *action), "{what}: {fault}");
     }
+}
+
+/// What no effect depends on is an order all the same, and the times follow from it.
+#[test]
+fn a_plan_that_drops_an_order_of_the_domain_is_refused() {
+    let case = Case {
+        task: Some("Day(ANN, BOB)"),
+        ..Case::symbolic("tests/planning/order.hatp")
+    };
+    let planned = planning::plan(&case);
+    let plan = planned.plan.clone().expect("a plan");
+    planned.validate(&plan).expect("the plan as it was found");
+    let n_links = plan.links.len();
+    assert!(n_links >= 3, "{:?}", plan.links);
+    for left_out in 0..n_links {
+        let mut damaged = plan.clone();
+        damaged.links.remove(left_out);
+        reckon(&mut damaged);
+        let fault = planned.validate(&damaged).expect_err("an order is missing");
+        assert_eq!(fault.code(), "order-missing", "{fault}");
+    }
+    let mut other = plan.clone();
+    // The other one of the two equal subtasks would do as well.
+    let first = other
+        .links
+        .iter_mut()
+        .find(|l| l.after == 2)
+        .expect("Work comes after one of them");
+    assert!(first.before < 2);
+    first.before = 1 - first.before;
+    reckon(&mut other);
+    planned
+        .validate(&other)
+        .expect("either of two equal subtasks is the one that is waited for");
+}
+
+/// Writes the times that follow from links and streams.
+fn reckon(plan: &mut Plan) {
+    let mut over: BTreeMap<String, f64> = BTreeMap::new();
+    for i in 0..plan.actions.len() {
+        let links = plan.links.iter().filter(|l| l.after == i);
+        let linked = links.map(|l| plan.actions[l.before].end);
+        let action = &plan.actions[i];
+        let agents: Vec<String> = action.agents.iter().map(ToString::to_string).collect();
+        let own = agents.iter().filter_map(|a| over.get(a)).copied();
+        let start = linked.chain(own).fold(0.0, f64::max);
+        let end = start + action.duration[0];
+        over.extend(agents.into_iter().map(|a| (a, end)));
+        (plan.actions[i].start, plan.actions[i].end) = (start, end);
+    }
+    plan.makespan = plan.actions.iter().map(|a| a.end).fold(0.0, f64::max);
 }

@@ -190,14 +190,14 @@ fn rules_matter() {
         );
         changed += u32::from(plain.plan() != run.plan());
     }
-    let names = RULES.iter().filter_map(|rule| {
+    let names = RULES.iter().map(|rule| {
         let words: Vec<&str> = rule.split([' ', '(']).collect();
         let is_named = words[0] == "undesirable" || !["weight", "of", "among"].contains(&words[2]);
-        let name = words[2];
-        Some(match (words[0], is_named) {
-            ("undesirable", _) | (_, true) => name.to_owned(),
-            (_, false) => words[..2].join(" "),
-        })
+        if is_named {
+            words[2].to_owned()
+        } else {
+            words[..2].join(" ")
+        }
     });
     let silent: Vec<String> = names.filter(|name| !counted.contains_key(name)).collect();
     assert!(silent.is_empty() && changed > 10, "{silent:?} {changed} {counted:?}");

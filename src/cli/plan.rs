@@ -75,6 +75,10 @@ pub(super) struct SearchOptions {
     /// Tasks taken up before the search gives up
     #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     max_expansions: u64,
+    /// Tasks taken up by the search that is made again where tasks came back to themselves; 0: none is made [default: 10
+    /// times as many as before and at least 10000, with 2 times as many geometric actions and at least 100]
+    #[arg(long, value_name = "N")]
+    max_fall_back: Option<u64>,
     /// Methods inside methods before a branch gives up
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     max_depth: usize,
@@ -133,6 +137,7 @@ impl SearchOptions {
             .max_expansions(self.max_expansions)
             .max_depth(self.max_depth);
         options.search.branching = self.branching;
+        options.search.fall_back = self.max_fall_back;
         options.search.strategy = self.strategy.with(self.seed);
         options.search.aim = match self.all {
             Some(n) => Aim::All(n),

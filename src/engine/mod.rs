@@ -43,7 +43,7 @@ pub use document::{document, schedule};
 pub use kept::Kept;
 pub use observe::{Event, Observer};
 pub use outcome::{
-    Aim, Branching, Budget, Cuts, Ending, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
+    Aim, Branching, Budget, Cuts, Ending, FallBackEnd, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
 };
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
 pub use search::{Hooks, repair, solve};

@@ -16,6 +16,9 @@ pub struct Settings {
     pub interleave: bool,
     pub cuts: Cuts,
     pub budget: Budget,
+    /// Tasks that the fall-back may take up (see `rounds`), inside the budget; 0: there is none. `None`: ten times those of
+    /// the search before it, and 10,000 at least; and of geometric actions computed twice as many, and 100 at least.
+    pub fall_back: Option<u64>,
 }
 
 /// How many geometric alternatives of an action are tried, the first included.
@@ -113,7 +116,23 @@ pub struct Statistics {
     pub rounds: u64,
     /// In the fall-back, how often a task was let come back to itself; 0 if it was not needed.
     pub returns: u32,
+    /// What ended the fall-back without a plan and before its last word.
+    pub fall_back: FallBackEnd,
     pub plans: u64,
+}
+
+/// What a fall-back without a plan has used up.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum FallBackEnd {
+    /// Nothing: there was none, or it came to its end.
+    #[default]
+    None,
+    /// So many tasks taken up by itself, or choices taken back.
+    Expansions(u64),
+    /// So many geometric actions computed by itself.
+    Projections(u64),
+    /// The budget of the whole search.
+    Budget,
 }
 
 /// An action of a found plan.

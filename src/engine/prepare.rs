@@ -223,12 +223,10 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
                 }
             }
             Test::Member { element, set } if is_var(element) && is_free(set) && is_cheap(set) => {
-                if member.is_none() {
-                    member = Some(Join::Member {
-                        set: set.clone(),
-                        rest: without(i),
-                    });
-                }
+                member.get_or_insert_with(|| Join::Member {
+                    set: set.clone(),
+                    rest: without(i),
+                });
             }
             Test::Member {
                 element,

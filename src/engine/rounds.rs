@@ -12,9 +12,10 @@
 //! - The fall-back: where a search has ended without a plan and has left branches that came back to their own task (`cycle`),
 //!   depth first again, with tasks let come back to themselves up to 1, 2, 3, ... times between two actions. A plan
 //!   that repeats a task so often is found in that round at the latest, if the budget lasts. A round that is not cut by this
-//!   limit has the last word.
+//!   limit has the last word. All of them together may take up some times as many tasks as the search before: where
+//!   there is no plan, they would go round in circles until the whole budget is spent.
 
-use super::outcome::{Cuts, Ending, Settings, Strategy, Truncated};
+use super::outcome::{Cuts, Ending, FallBackEnd, Settings, Statistics, Strategy, Truncated};
 
 /// What one round may do.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +28,28 @@ pub(super) struct Round {
     pub backtracks: u64,
     /// The seed of its orders, if they are drawn.
     pub shuffle: Option<u64>,
+    /// The counts at which a fall-back without a plan ends.
+    pub until: Until,
+}
+
+/// Counts of a search, from its very beginning on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Until {
+    expansions: u64,
+    backtracks: u64,
+    projections: u64,
+}
+
+impl Until {
+    const NEVER: Until = Until {
+        expansions: u64::MAX,
+        backtracks: u64::MAX,
+        projections: u64::MAX,
+    };
+
+    pub fn is_reached(&self, done: &Statistics) -> bool {
+        done.expansions >= self.expansions || done.backtracks >= self.backtracks || done.projections >= self.projections
+    }
 }
 
 impl Round {
@@ -36,6 +59,7 @@ impl Round {
         discrepancies: u32::MAX,
         backtracks: u64::MAX,
         shuffle: None,
+        until: Until::NEVER,
     };
 
     /// Says whether what was known to fail before may be less than a fact now.
@@ -52,6 +76,8 @@ pub(super) struct Ended {
     /// Choices left because of the limit of discrepancies.
     pub left_out: u64,
     pub has_plan: bool,
+    /// What was done in all.
+    pub statistics: Statistics,
 }
 
 /// The rounds of a search.
@@ -63,7 +89,19 @@ pub(super) struct Rounds {
     pub round: Round,
     /// What the searches before the fall-back have cut short.
     before: Truncated,
+    /// Tasks that the fall-back may take up, if somebody has said so.
+    fall_back: Option<u64>,
+    budget: u64,
+    /// What ended the fall-back.
+    pub fall_back_end: FallBackEnd,
+    /// What the fall-back was given: tasks taken up, and geometric actions computed.
+    given: (u64, u64),
 }
+
+/// HEURISTIC: the fall-back may take up so many times the tasks of the search before it, and at least so many.
+const SHARE: (u64, u64) = (10, 10_000);
+/// HEURISTIC: the same of geometric actions computed, each of which may take as long as a hundred thousand tasks.
+const SHARE_OF_GEOMETRY: (u64, u64) = (2, 100);
 
 /// HEURISTIC: choices taken back in the shortest round of [`Strategy::Restarts`].
 const SHORTEST: u64 = 100;
@@ -76,6 +114,10 @@ impl Rounds {
             number: 1,
             round: Round::WHOLE,
             before: Truncated::default(),
+            fall_back: settings.fall_back,
+            budget: settings.budget.expansions,
+            fall_back_end: FallBackEnd::None,
+            given: (0, 0),
         };
         rounds.round = rounds.of_strategy();
         rounds
@@ -119,17 +161,41 @@ impl Rounds {
                 }
                 if !self.round.is_fall_back() {
                     self.before = cut;
+                    let done = ended.statistics;
+                    let share = |done: u64, (times, least)| done.saturating_mul(times).max(least);
+                    self.given = match self.fall_back {
+                        Some(0) => return Some(ending),
+                        Some(n) => (n, u64::MAX),
+                        None => (
+                            share(done.expansions, SHARE),
+                            share(done.projections, SHARE_OF_GEOMETRY),
+                        ),
+                    };
+                    self.round.until = Until {
+                        expansions: done.expansions.saturating_add(self.given.0),
+                        backtracks: done.backtracks.saturating_add(self.given.0),
+                        projections: done.projections.saturating_add(self.given.1),
+                    };
                 }
                 self.number += 1;
-                let returns = self.round.returns;
+                let Round { returns, until, .. } = self.round;
                 self.round = Round {
                     returns: returns.saturating_add(1 + returns / 4),
+                    until,
                     ..Round::WHOLE
                 };
                 return None;
             }
             // The fall-back has shown no more than what was said before it.
             Some(Ending::BudgetSpent) if self.round.is_fall_back() && !ended.has_plan => {
+                let done = ended.statistics;
+                self.fall_back_end = if done.expansions.max(done.backtracks) >= self.budget {
+                    FallBackEnd::Budget
+                } else if done.projections >= self.round.until.projections {
+                    FallBackEnd::Projections(self.given.1)
+                } else {
+                    FallBackEnd::Expansions(self.given.0)
+                };
                 return Some(Ending::ExhaustedTruncated(self.before));
             }
             Some(ending) => return Some(ending),

@@ -235,8 +235,10 @@ pub fn repair(
             ending: ended,
             left_out: search.left_out,
             has_plan: search.recorder.best_cost().is_some(),
+            statistics: search.statistics,
         };
         let ending = rounds.next(ended);
+        search.statistics.fall_back = rounds.fall_back_end;
         if let Some(ending) = ending {
             search.tell(|search| Event::Ended {
                 ending,
@@ -385,7 +387,7 @@ impl Search<'_> {
                         if self.statistics.backtracks - self.begin >= self.round.backtracks {
                             return None;
                         }
-                        if self.statistics.backtracks >= self.settings.budget.expansions {
+                        if self.is_spent(self.statistics.backtracks) {
                             self.choices.push((point, choice));
                             return Some(Ending::BudgetSpent);
                         }
@@ -404,6 +406,12 @@ impl Search<'_> {
                 },
             };
         }
+    }
+
+    /// Says whether as much was done as the budget allows, or a fall-back without a plan has used up its share.
+    pub fn is_spent(&self, done: u64) -> bool {
+        done >= self.settings.budget.expansions
+            || self.round.until.is_reached(&self.statistics) && self.recorder.best_cost().is_none()
     }
 
     fn note_deepest(&mut self) {

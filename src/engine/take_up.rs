@@ -60,7 +60,7 @@ impl<'a> Search<'a> {
 
     /// Takes up the task of a tree node: applies an action, or decomposes a method whose goal does not hold yet.
     pub fn reach(&mut self, node: u32) -> Flow {
-        if self.statistics.expansions >= self.settings.budget.expansions {
+        if self.is_spent(self.statistics.expansions) {
             self.budget_spent = true;
             return Flow::Back;
         }

@@ -3,7 +3,7 @@
 //! HATP has one list of parameters for all decompositions of a method, so a method of HDDL is told in the names of its
 //! task; a parameter that is narrower than the task's becomes a variable that is equal to it.
 //!
-//! What an action will ask when its turn comes, and nothing before it can change, must hold at once: such literals are
+//! What an action will ask when its turn comes, and nothing before it can make true, must hold at once: such literals are
 //! *pulled up* into the method, where they prune before a variable is bound rather than after. They say nothing that the
 //! actions do not say themselves, so no plan is lost and none is wrong.
 
@@ -69,7 +69,7 @@ pub(super) fn bodies(pair: &Pair) -> Bodies {
     let changed = pair.actions.iter().flat_map(|a| &a.effects);
     changed.for_each(|e| is_dynamic[e.predicate] = true);
     let interleaves = methods.iter().chain([&start]).any(|m| m.network.chain().is_none());
-    let mut known = Known::new(pair, &methods, interleaves, &is_dynamic);
+    let mut known = Known::new(pair, &methods, interleaves);
     for _ in 0..ROUNDS {
         let pulled: Vec<Vec<Formula>> = methods.iter().map(|m| known.pulled(&m.network)).collect();
         let before = known.of_task.clone();
@@ -242,37 +242,44 @@ fn narrowed(pair: &Pair, body: &mut Body, arg: Term, wanted: &Kinds) -> Term {
 }
 
 /// What tasks ask for and what they may change.
-struct Known<'a> {
+struct Known {
     /// Over the parameters.
     of_action: Vec<Vec<Formula>>,
     of_task: Vec<Vec<Formula>>,
-    action_changes: Vec<BTreeSet<PredicateId>>,
-    task_changes: Vec<BTreeSet<PredicateId>>,
+    action_changes: Vec<BTreeSet<Change>>,
+    task_changes: Vec<BTreeSet<Change>>,
     interleaves: bool,
-    is_dynamic: &'a [bool],
 }
 
-impl<'a> Known<'a> {
-    fn new(pair: &Pair, methods: &[Body], interleaves: bool, is_dynamic: &'a [bool]) -> Self {
+/// A predicate that is made true, or false.
+type Change = (PredicateId, bool);
+
+/// Says whether a change may make a literal true.
+fn may_be_made_true(literal: &Formula, changes: &BTreeSet<Change>) -> bool {
+    let to = !matches!(literal, Formula::Not(_));
+    read(literal).iter().any(|p| changes.contains(&(*p, to)))
+}
+
+impl Known {
+    fn new(pair: &Pair, methods: &[Body], interleaves: bool) -> Self {
         let mut known = Known {
             of_action: Vec::new(),
             of_task: vec![Vec::new(); pair.tasks.len()],
             action_changes: Vec::new(),
             task_changes: vec![BTreeSet::new(); pair.tasks.len()],
             interleaves,
-            is_dynamic,
         };
         for action in &pair.actions {
             let literals = conjuncts(&action.precondition).into_iter().filter(|f| is_literal(f));
             known.of_action.push(literals.cloned().collect());
-            let changed = action.effects.iter().map(|e| e.predicate);
+            let changed = action.effects.iter().map(|e| (e.predicate, e.adds));
             known.action_changes.push(changed.collect());
         }
         // What a task may change, until nothing is added.
         loop {
             let mut has_grown = false;
             for (method, body) in pair.methods.iter().zip(methods) {
-                let changed: BTreeSet<PredicateId> = body
+                let changed: BTreeSet<Change> = body
                     .network
                     .steps
                     .iter()
@@ -289,7 +296,7 @@ impl<'a> Known<'a> {
         }
     }
 
-    fn changes(&self, task: TaskRef) -> &BTreeSet<PredicateId> {
+    fn changes(&self, task: TaskRef) -> &BTreeSet<Change> {
         match task {
             TaskRef::Action(a) => &self.action_changes[a],
             TaskRef::Task(t) => &self.task_changes[t],
@@ -299,10 +306,10 @@ impl<'a> Known<'a> {
     /// Returns what a network asks for at its very beginning, each once.
     fn pulled(&self, network: &Network) -> Vec<Formula> {
         let chain = if self.interleaves { None } else { network.chain() };
-        let mut changed: BTreeSet<PredicateId> = match chain {
+        let mut changed: BTreeSet<Change> = match chain {
             Some(_) => BTreeSet::new(),
-            // Then only what never changes is sure.
-            None => (0..self.is_dynamic.len()).filter(|p| self.is_dynamic[*p]).collect(),
+            // Then only what no action makes true is sure: what is false by then stays so.
+            None => self.action_changes.iter().flatten().copied().collect(),
         };
         let order = chain.unwrap_or_else(|| (0..network.steps.len()).collect());
         let mut found: Vec<Formula> = Vec::new();
@@ -313,7 +320,7 @@ impl<'a> Known<'a> {
                 TaskRef::Task(t) => &self.of_task[t],
             };
             for literal in asked {
-                if read(literal).iter().any(|p| changed.contains(p)) {
+                if may_be_made_true(literal, &changed) {
                     continue;
                 }
                 let literal = renamed(literal, &|v| step.args[v]);

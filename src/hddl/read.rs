@@ -178,17 +178,17 @@ impl Reader<'_> {
                 },
             }
         }
-        let readers: [(&str, fn(&mut Self, &[Tree<'_>], Span)); 6] = [
-            (":types", |r, rest, _| r.read_types(rest)),
-            (":constants", |r, rest, _| r.read_objects(rest)),
-            (":predicates", |r, rest, _| r.read_predicates(rest)),
-            (":functions", |r, rest, _| r.read_functions(rest)),
-            (":task", Self::read_task),
-            (":action", Self::read_header),
-        ];
-        for (section, read) in readers {
+        // A name is declared before it is used, wherever its section stands.
+        for section in [":types", ":constants", ":predicates", ":functions", ":task", ":action"] {
             for (_, rest, span) in sections.iter().filter(|(head, ..)| head.is(section)) {
-                read(self, rest, *span);
+                match section {
+                    ":types" => self.read_types(rest),
+                    ":constants" => self.read_objects(rest),
+                    ":predicates" => self.read_predicates(rest),
+                    ":functions" => self.read_functions(rest),
+                    ":task" => self.read_task(rest, *span),
+                    _ => self.read_header(rest, *span),
+                }
             }
         }
     }

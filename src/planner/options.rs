@@ -70,6 +70,7 @@ impl Default for Options<'_> {
                     expansions: 10_000_000,
                     depth: 100_000,
                 },
+                fall_back: None,
             },
             interleave: None,
             geometry: grp::Settings {
@@ -122,6 +123,12 @@ impl<'a> Options<'a> {
     /// Ends the search after that many tasks were taken up.
     pub fn max_expansions(mut self, n: u64) -> Self {
         self.search.budget.expansions = n;
+        self
+    }
+
+    /// Ends the search that is made again without unsafe cuts after it has taken up that many tasks; with 0 there is none.
+    pub fn max_fall_back(mut self, n: u64) -> Self {
+        self.search.fall_back = Some(n);
         self
     }
 

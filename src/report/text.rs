@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::io;
 
-use crate::engine::{Ending, Statistics, Truncated};
+use crate::engine::{Ending, FallBackEnd, Statistics, Truncated};
 use crate::plan::{Action, Plan, ReasonGroup, WhyNot};
 
 /// Returns what [`write_plan`] writes.
@@ -265,11 +265,18 @@ pub fn no_plan(ending: Ending, statistics: &Statistics, why: &WhyNot) -> String 
 
 /// Says that the search was made again without its unsafe cuts, and how far that went; nothing where it was not.
 pub fn fall_back(statistics: &Statistics) -> String {
-    match statistics.returns {
-        0 => String::new(),
-        1 => "; searched again with tasks let come back to themselves once".to_owned(),
-        n => format!("; searched again with tasks let come back to themselves up to {n} times"),
-    }
+    let times = match statistics.returns {
+        0 => return String::new(),
+        1 => "once".to_owned(),
+        n => format!("up to {n} times"),
+    };
+    let end = match statistics.fall_back {
+        FallBackEnd::None => String::new(),
+        FallBackEnd::Expansions(n) => format!(", within {n} expansions (--max-fall-back gives it more)"),
+        FallBackEnd::Projections(n) => format!(", within {n} geometric actions (--max-fall-back gives it more)"),
+        FallBackEnd::Budget => ", until the budget was spent (--max-expansions gives more)".to_owned(),
+    };
+    format!("; searched again with tasks let come back to themselves {times}{end}")
 }
 
 /// Returns the deepest point that a search without a plan reached, and what ended its branches.

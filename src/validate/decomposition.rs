@@ -6,6 +6,8 @@
 //! interleaved: then a task may be taken up at any time when all that it comes after is over. A subtask's arguments are read
 //! in the state in which it is reached, its variables in the one in which its task was decomposed.
 //!
+//! Where the domain orders subtasks, the links must say so: see [`Ordered`].
+//!
 //! One pass over the nodes; the tasks at work (in blocks: from the root down to the node at hand) are on a stack of its own,
 //! so a tree may be as deep as it likes.
 
@@ -17,6 +19,7 @@ use super::{
     fault::{Checked, Fault, Kind},
     history::History,
     notation,
+    ordered::Ordered,
     requests::Asked,
 };
 use crate::ir::{Binder, Decomposition, Domain, Goal, SelectOrder, TaskId, Value};
@@ -33,6 +36,8 @@ pub(super) struct Replayed<'a> {
     pub(super) actions: &'a [Goal],
     /// Whether unordered subtasks may mix.
     pub(super) interleaved: bool,
+    /// What is right before each action by the links; `None` if they go nowhere, which is a fault of its own.
+    pub(super) links: Option<&'a [Vec<usize>]>,
     pub(super) settings: &'a Settings,
 }
 
@@ -69,8 +74,8 @@ struct Open<'a> {
     children: Vec<Child>,
 }
 
-/// Checks the tree and returns its number of nodes.
-pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Checked<usize> {
+/// Checks the tree; returns the fault of the first subtasks whose order no links say.
+pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Checked<Option<Fault>> {
     let root = nodes.first().ok_or_else(|| shape("the tree has no nodes"))?;
     let domain = replayed.domain;
     let found = notation::task(domain, &root.task, &root.arguments)?;
@@ -87,6 +92,8 @@ pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Che
         under: None,
         done: 0,
         ends: ends(nodes),
+        ordered: replayed.links.map(|links| Ordered::new(nodes, links)),
+        unordered: None,
     };
     walk.nodes(nodes).map_err(|fault| walk.on_path(fault))?;
     if walk.done != replayed.actions.len() {
@@ -96,7 +103,7 @@ pub(super) fn check(replayed: &Replayed<'_>, nodes: &[Node], goal: &Goal) -> Che
         }
         .into());
     }
-    Ok(nodes.len())
+    Ok(walk.unordered)
 }
 
 fn shape(what: &'static str) -> Fault {
@@ -114,6 +121,9 @@ struct Walk<'a> {
     done: usize,
     /// Of each node, the last one at or below it.
     ends: Vec<usize>,
+    ordered: Option<Ordered<'a>>,
+    /// The first fault that it has found.
+    unordered: Option<Fault>,
 }
 
 /// Returns for each node the last one at or below it.
@@ -176,7 +186,7 @@ impl<'a> Walk<'a> {
         }
         self.under = self.path.len().checked_sub(1);
         while let Some(open) = self.path.last_mut() {
-            close(self.replayed, open)?;
+            close(self.replayed, open, self.ordered.as_mut(), &mut self.unordered)?;
             self.path.pop();
             self.under = self.path.len().checked_sub(1);
         }
@@ -202,7 +212,7 @@ impl<'a> Walk<'a> {
             return Ok(at.ok());
         }
         while let Some(open) = self.path.last_mut().filter(|open| node.parent != Some(open.node)) {
-            close(self.replayed, open)?;
+            close(self.replayed, open, self.ordered.as_mut(), &mut self.unordered)?;
             self.path.pop();
             self.under = self.path.len().checked_sub(1);
         }
@@ -281,17 +291,41 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Checks that some choice of a task's variables gives the subtasks that it has.
-fn close(replayed: &Replayed<'_>, open: &mut Open<'_>) -> Checked<()> {
+/// Checks that some choice of a task's variables gives the subtasks that it has, in an order that the links say.
+fn close(
+    replayed: &Replayed<'_>,
+    open: &mut Open<'_>,
+    ordered: Option<&mut Ordered<'_>>,
+    unordered: &mut Option<Fault>,
+) -> Checked<()> {
     let mut search = Matching {
         replayed,
         decomposition: open.decomposition,
         children: &open.children,
         start: open.start,
         tried: 0,
+        linked: None,
+        found: Vec::new(),
     };
     let index = open.index;
     if search.bind(0, &mut open.frame) {
+        let Some(ordered) = ordered else { return Ok(()) };
+        if let Some((before, after)) = ordered.unordered(open.decomposition, &search.found) {
+            // Of two equal subtasks, the links may say which one is which.
+            let mut other = Matching {
+                tried: 0,
+                linked: Some(&*ordered),
+                found: Vec::new(),
+                ..search
+            };
+            match other.bind(0, &mut open.frame) {
+                true => search.found = other.found,
+                false => {
+                    unordered.get_or_insert_with(|| Kind::OrderMissing { before, after }.into());
+                }
+            }
+        }
+        ordered.close(open.node, open.decomposition, &search.found);
         return Ok(());
     }
     if search.tried >= replayed.settings.max_bindings {
@@ -321,6 +355,10 @@ struct Matching<'a> {
     /// How many actions were done when the task was decomposed.
     start: usize,
     tried: usize,
+    /// Where the links must say the order of the subtasks.
+    linked: Option<&'a Ordered<'a>>,
+    /// The node of each subtask.
+    found: Vec<Option<usize>>,
 }
 
 impl Matching<'_> {
@@ -366,13 +404,20 @@ impl Matching<'_> {
     }
 
     /// Gives child `c` and those after it a subtask each; says whether that can be done.
-    /// `used` has the last node at or below the child that each subtask is given to.
+    /// `used` has the child that each subtask is given to.
     fn place(&mut self, c: usize, used: &mut [Option<usize>], frame: &[Value]) -> bool {
         let Some(child) = self.children.get(c) else {
-            return true;
+            self.found = used.iter().map(|c| c.map(|c| self.children[c].node)).collect();
+            let Some(linked) = self.linked else { return true };
+            self.tried += 1;
+            return linked.unordered(self.decomposition, &self.found).is_none();
         };
         for (j, subtask) in self.decomposition.subtasks.iter().enumerate() {
-            let is_over = |k: &usize| used.get(*k).copied().flatten().is_some_and(|end| end < child.node);
+            if self.linked.is_some() && self.tried >= self.replayed.settings.max_bindings {
+                return false;
+            }
+            let end = |k: &usize| used.get(*k).copied().flatten().map(|c| self.children[c].end);
+            let is_over = |k: &usize| end(k).is_some_and(|end| end < child.node);
             if used[j].is_some() || !subtask.after.iter().all(is_over) || subtask.task != child.goal.task {
                 continue;
             }
@@ -381,7 +426,7 @@ impl Matching<'_> {
             if !values.eq(child.goal.args.iter().cloned()) {
                 continue;
             }
-            used[j] = Some(child.end);
+            used[j] = Some(c);
             if self.place(c + 1, used, frame) {
                 return true;
             }

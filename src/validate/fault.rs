@@ -170,6 +170,8 @@ kinds! {
     LinkRedundant { before: usize, after: usize } = "link-redundant", "the link from {before} to {after} follows from others";
     LinkMissing { after: usize, condition: String } = "link-missing",
         "the links allow action {after} before the actions that it needs: {condition}";
+    OrderMissing { before: usize, after: usize } = "order-missing",
+        "the domain orders action {before} before action {after}, but no links say so";
     LinkRace { moved: usize, broken: usize, condition: String } = "link-race",
         "an order that the links allow, with action {moved} moved, breaks action {broken}: {condition}";
     OutcomeRace { moved: usize, attribute: String } = "outcome-race",

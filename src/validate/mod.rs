@@ -22,6 +22,7 @@ mod motion;
 mod network;
 mod notation;
 mod objective;
+mod ordered;
 mod places;
 mod precedence;
 mod reach;
@@ -127,18 +128,21 @@ pub fn replay(
     let mut verdict = Verdict::default();
     let bodies = bodies::Bodies::new(&world.scene);
     let replayed = replay::run(plan, domain, world, &bodies, settings, &actions, &mut verdict)?;
-    verdict.tasks = decomposition::check(
+    let links = schedule::by_links(plan);
+    let unordered = decomposition::check(
         &Replayed {
             domain,
             states: &replayed.states,
             worlds: &replayed.worlds,
             actions: &actions,
             interleaved: plan.interleaved,
+            links: links.as_deref(),
             settings,
         },
         &plan.decomposition,
         goal,
     )?;
+    verdict.tasks = plan.decomposition.len();
     let (first, last) = (replayed.states.state(0), replayed.states.state(actions.len()));
     schedule::check(
         plan,
@@ -148,6 +152,9 @@ pub fn replay(
         &replayed.worlds,
         (&first, &last),
     )?;
+    if let Some(fault) = unordered {
+        return Err(fault);
+    }
     objective::check(plan, domain, &actions, &replayed.states, settings)?;
     Ok(verdict)
 }

@@ -33,7 +33,15 @@ pub(super) struct Done {
     pub(super) shared: Option<Vec<(SlotId, Value)>>,
 }
 
-/// Checks everything about order and time.
+/// Lists what is right before each action by the links; `None` if one of them goes nowhere.
+pub(super) fn by_links(plan: &Plan) -> Option<Vec<Vec<usize>>> {
+    let n = plan.actions.len();
+    let is_right = |l: &crate::plan::Link| l.before < l.after && l.after < n;
+    let links: Vec<(usize, usize)> = plan.links.iter().map(|l| (l.before, l.after)).collect();
+    plan.links.iter().all(is_right).then(|| by_later(n, &links))
+}
+
+/// Checks everything about order and time, but for the order that the domain gives to subtasks: see `ordered`.
 pub(super) fn check(
     plan: &Plan,
     domain: &Domain,

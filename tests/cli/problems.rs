@@ -96,8 +96,8 @@ fn warnings_are_denied_and_allowed() {
 #[test]
 fn codes_are_explained() {
     let lab = Lab::new();
-    let page = include_str!("../../docs/errors/hatp-unknown-task.md").trim_end();
-    for name in ["hatp::unknown-task", "unknown-task"] {
+    let page = include_str!("../../docs/errors/hatp-unknown-setting.md").trim_end();
+    for name in ["hatp::unknown-setting", "unknown-setting"] {
         assert_eq!(lab.ends(0, &["explain", name]).out.trim_end(), page);
     }
     // Two rooms know of facts that are not there.

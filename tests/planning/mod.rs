@@ -131,6 +131,7 @@ pub fn plan(case: &Case<'_>) -> Planned {
             expansions: case.expansions,
             depth: 10_000,
         },
+        fall_back: None,
     };
     let outcome = engine::solve(&domain, &goal, reasoner, &settings, &stop, &mut |_, _| {});
     let written = outcome.found.as_ref().map(|found| {

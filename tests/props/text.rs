@@ -138,7 +138,8 @@ proptest! {
     }
 }
 
-/// Says how the front end answers a text, and that it does so in time. A debug build has ten times as long.
+/// Says how the front end answers a text, and that it does not hang: a machine at work on other things may be ten times
+/// as slow as one at rest, a debug build five times as slow as that.
 fn answer(text: &str) -> Vec<&'static str> {
     #[expect(
         clippy::disallowed_methods,
@@ -149,7 +150,7 @@ fn answer(text: &str) -> Vec<&'static str> {
     if !problems.has_errors() {
         problems.extend(check::compile(&[ast], &Given::default()).1);
     }
-    let most = if cfg!(debug_assertions) { 20.0 } else { 2.0 };
+    let most = if cfg!(debug_assertions) { 100.0 } else { 20.0 };
     let took = start.elapsed().as_secs_f64();
     assert!(took < most, "{took} s");
     let mut codes: Vec<&str> = problems.0.iter().map(|p| p.code).collect();

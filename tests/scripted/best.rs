@@ -127,7 +127,7 @@ fn a_wrong_duration_is_refused() {
         [
             "1 x Wait(R, -1, 2): its least duration is -1, and must be 0 or more",
             "1 x Wait(R, 3, 2): its least duration 3 is above its most 2",
-            "1 x Wait: argument 3 is NULL",
+            "1 x Wait: its argument 3, (1 / 0), is NULL",
             "1 x Wait(R, 0, -1): its most duration is -1, and must be 0 or more"
         ]
     );

@@ -180,7 +180,7 @@ fn a_projection_with_an_argument_without_a_value_fails() {
     let tasks =
         "action Pass(Agent A) { projects { pick(A, A.holds) }; } method Go(Agent A) { { subtasks { 1: Pass(A); }; } }";
     let run = plan(tasks, Scripted::new("", &FACTS), &FIRST);
-    assert_eq!(run.reasons(), ["1 x Pass(R): argument 2 is NULL"]);
+    assert_eq!(run.reasons(), ["1 x Pass(R): its argument 2, R.holds, is NULL"]);
     assert!(run.reasoner.asked.is_empty());
 }
 

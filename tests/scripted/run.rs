@@ -25,6 +25,7 @@ pub const FIRST: Settings = Settings {
         expansions: 10_000,
         depth: 50,
     },
+    fall_back: None,
 };
 
 /// As [`FIRST`], for the best plan.

@@ -157,9 +157,9 @@ fn a_literal_about_earlier_variables_is_tested_when_they_are_bound() {
         O = SELECT(Object, {});
         P = SELECT(Object, {});
         Q = SELECT(Object, {O.weight == 2; Q == P;});
-        1: Look(A, O); 2: Look(A, Q) > 1; }; } }";
+        1: Mark(A, O); 2: Mark(A, Q) > 1; }; } }";
     let run = symbolic(&text(methods), "Go(R)");
-    assert_eq!(run.plan(), "Look(R,CUP) Look(R,CUP)");
+    assert_eq!(run.plan(), "Mark(R,CUP) Mark(R,CUP)");
     let methods = methods.replace("O.weight == 2", "O.weight == 99");
     let run = symbolic(&text(&methods), "Go(R)");
     assert!(run.is_exhausted());
@@ -237,7 +237,7 @@ fn a_subtask_without_a_value_for_an_argument_fails() {
         "Go(R)",
     );
     assert_eq!(run.plan(), "Mark(R,CUP)");
-    assert_eq!(run.reasons(), ["1 x Mark: argument 2 is NULL"]);
+    assert_eq!(run.reasons(), ["1 x Mark: its argument 2, R.holds, is NULL"]);
 }
 
 /// Two subtasks of two actions each and one of one: three blocks, six orders, and never one block inside another.
@@ -313,7 +313,7 @@ fn a_recursion_without_an_end_stops_at_the_depth_limit() {
     assert_eq!(run.outcome.ending, Ending::ExhaustedTruncated(cut));
     assert_eq!(
         run.reasons(),
-        ["1 x Up(R): more than 6 methods deep, at last Up(R) > Further(R, CUP) > Up(R)"]
+        ["1 x Up goes on below itself, more than 6 methods deep: Up(R) > Further(R, CUP) > Up(R)"]
     );
 }
 

@@ -1,8 +1,8 @@
 //! Searches that begin again: the fall-back after unsafe cuts, limited discrepancy, restarts.
 
-use sgap::engine::{Aim, Budget, Cuts, Ending, Settings, Statistics, Strategy};
+use sgap::engine::{Aim, Budget, Cuts, Ending, FallBackEnd, Settings, Statistics, Strategy};
 
-use crate::domain::text;
+use crate::domain::{every_object, text};
 use crate::reasoner::Scripted;
 use crate::run::{BEST, FIRST, Run, run, second_opinion};
 
@@ -76,6 +76,79 @@ fn a_left_recursion_without_a_plan_ends() {
             assert!(run.outcome.statistics.expansions <= budget.expansions);
         }
     }
+}
+
+/// The fall-back has a share of its own, said by the first search or by the user, inside the whole budget.
+#[test]
+fn the_fall_back_ends_long_before_the_budget() {
+    let budget = Budget {
+        expansions: 1_000_000,
+        depth: 200,
+    };
+    let settings = Settings { budget, ..FIRST };
+    let none = counted(4, DIRECT).replace("A.count == 4", "A.count == -1");
+    let ended = |fall_back: Option<u64>, expansions: u64| {
+        let budget = Budget { expansions, ..budget };
+        let settings = Settings {
+            budget,
+            fall_back,
+            ..FIRST
+        };
+        let run = run(&text(&none), "Go(R)", Scripted::new("", &[]), &settings);
+        assert!(matches!(run.outcome.ending, Ending::ExhaustedTruncated(_)));
+        let Statistics {
+            expansions, returns, ..
+        } = run.outcome.statistics;
+        (run.outcome.statistics.fall_back, expansions, returns)
+    };
+    let (end, first, returns) = ended(Some(0), 1_000_000);
+    assert_eq!((end, returns), (FallBackEnd::None, 0));
+    for (said, wanted) in [(None, 10_000), (Some(50), 50)] {
+        let (end, expansions, returns) = ended(said, 1_000_000);
+        assert_eq!(end, FallBackEnd::Expansions(wanted));
+        assert!(returns > 1 && expansions > first && expansions <= first + wanted);
+    }
+    assert_eq!(ended(None, 5_000).0, FallBackEnd::Budget);
+    // With more, a plan is found that is not there with less; and then the share is no limit any more.
+    let far = |fall_back, aim| {
+        let settings = Settings {
+            fall_back,
+            aim,
+            ..settings
+        };
+        run(&text(&counted(9, DIRECT)), "Go(R)", Scripted::new("", &[]), &settings).outcome
+    };
+    assert!(far(Some(20), Aim::First).found.is_none());
+    assert!(far(Some(2_000), Aim::First).found.is_some());
+    let needed = far(None, Aim::First).statistics.expansions - first;
+    let best = far(Some(needed), Aim::Best);
+    assert!(
+        best.found.is_some() && best.ending != Ending::BudgetSpent,
+        "{:?}",
+        best.ending
+    );
+}
+
+/// Geometric actions have a share of their own, since each takes its time.
+#[test]
+fn the_fall_back_computes_few_geometric_actions() {
+    let more = DIRECT.replace("Count(A) > 1; }; } {", "Look(A, CUP) > 1; 3: Count(A) > 2; }; } {");
+    let tasks = counted(4, &more).replace("A.count == 4", "A.count == -1");
+    let budget = Budget {
+        expansions: 1_000_000,
+        depth: 200,
+    };
+    let settings = Settings { budget, ..FIRST };
+    let looked = |fall_back| {
+        let settings = Settings { fall_back, ..settings };
+        run(&text(&tasks), "Go(R)", every_object(), &settings)
+            .outcome
+            .statistics
+    };
+    let few = looked(None);
+    assert_eq!(few.fall_back, FallBackEnd::Projections(100));
+    assert!(few.projections >= 100 && few.projections <= 100 + looked(Some(0)).projections);
+    assert_eq!(looked(Some(5_000)).fall_back, FallBackEnd::Expansions(5_000));
 }
 
 /// A goal ends the recursion from above: with it nothing is done where something is done without.

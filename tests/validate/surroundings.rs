@@ -137,6 +137,14 @@ pub fn surroundings() -> Vec<Damage> {
         )
         .domain(|d| d.methods[1].decompositions[0].subtasks[0].after = vec![1]),
         damage(
+            "no link says what the domain orders",
+            "order-missing",
+            none,
+            &["action 0", "action 1"],
+            plain(),
+        )
+        .domain(|d| d.methods[1].decompositions[0].subtasks[2].after = vec![0]),
+        damage(
             "a choice that the filter forbids",
             "subtasks",
             none,
