@@ -429,6 +429,8 @@ impl Builder {
             }
             group.failures.sort_by_key(|(_, count, _)| std::cmp::Reverse(*count));
         }
+        // A rule is known from its line on; what ended no branch of the tasks wanted is left out, and these come last.
+        order.retain(|i| self.rules[*i].count > 0);
         let sorted = |counts: &IndexMap<String, u64>| {
             let mut all: Vec<(String, u64)> = counts.iter().map(|(k, n)| (k.clone(), *n)).collect();
             all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));

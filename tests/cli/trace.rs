@@ -54,6 +54,15 @@ fn a_search_without_a_plan_is_explained_by_its_trace() {
 }
 
 #[test]
+fn what_ended_no_branch_of_the_task_wanted_is_left_out() {
+    let lab = lab();
+    lab.ends(10, &PLAN);
+    let none = lab.ends(0, &["trace", "search.jsonl", "--task", "Give"]).out;
+    assert!(none.contains("no such task was taken up"), "{none}");
+    assert!(!none.contains(" 0 x ") && !none.contains("what ended branches"), "{none}");
+}
+
+#[test]
 fn times_are_written_when_asked_for_and_nothing_else_changes() {
     let lab = lab();
     let bytes = || std::fs::read_to_string(lab.path("search.jsonl")).unwrap();
