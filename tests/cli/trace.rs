@@ -59,7 +59,10 @@ fn what_ended_no_branch_of_the_task_wanted_is_left_out() {
     lab.ends(10, &PLAN);
     let none = lab.ends(0, &["trace", "search.jsonl", "--task", "Give"]).out;
     assert!(none.contains("no such task was taken up"), "{none}");
-    assert!(!none.contains(" 0 x ") && !none.contains("what ended branches"), "{none}");
+    assert!(
+        !none.contains(" 0 x ") && !none.contains("what ended branches"),
+        "{none}"
+    );
 }
 
 #[test]
