@@ -23,6 +23,7 @@ const SETTINGS: Settings = Settings {
     strategy: engine::Strategy::DepthFirst,
     interleave: false,
     cuts: Cuts::On,
+    fall_back: None,
     budget: Budget {
         expansions: 1_000_000_000,
         depth: 10_000_000,

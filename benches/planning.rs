@@ -62,6 +62,7 @@ fn plan(bencher: Bencher<'_, '_>, name: &str) {
             aim: Aim::First,
             interleave: false,
             cuts: Cuts::On,
+            fall_back: None,
             budget,
         };
         let goal = input.goal.as_ref().expect("the world names a task");

@@ -379,7 +379,7 @@ fn a_plan_that_drops_an_order_of_the_domain_is_refused() {
         let fault = planned.validate(&damaged).expect_err("an order is missing");
         assert_eq!(fault.code(), "order-missing", "{fault}");
     }
-    let mut other = plan.clone();
+    let mut other = plan;
     // The other one of the two equal subtasks would do as well.
     let first = other
         .links
