@@ -90,7 +90,7 @@ const EDGES: &[(&str, &[Edge])] = &[
     (
         "report",
         &[
-            ("engine", &["Ending", "Statistics", "Truncated"]),
+            ("engine", &["Ending", "FallBackEnd", "Statistics", "Truncated"]),
             ("plan", ALL),
             ("trace", &["Failure", "Group", "Summary", "TaskCounts"]),
             ("geom", &["Pose", "kinematics", "shape"]),

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::Lab;
 
-const COMMANDS: [&str; 10] = [
-    "plan", "validate", "check", "explain", "doc", "fmt", "import", "facts", "view", "lsp",
+const COMMANDS: [&str; 11] = [
+    "plan", "trace", "validate", "check", "explain", "doc", "fmt", "import", "facts", "view", "lsp",
 ];
 
 /// A folder with the project's domains and worlds.
