@@ -28,7 +28,11 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
     ] {
         for (name, table) in root.named_tables(key, word, problems) {
             let keys = ["model", "type", "base", "posture", "joints", "sitting"];
-            let n = if kind == AgentKind::Human { keys.len() } else { keys.len() - 1 };
+            let n = if kind == AgentKind::Human {
+                keys.len()
+            } else {
+                keys.len() - 1
+            };
             table.only(&keys[..n], problems);
             let example = format!("model = \"models/{}.toml\"", if word == "robot" { "pr2" } else { word });
             let model_name = table.needed_text("model", &example, problems);
@@ -66,7 +70,10 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
 /// Returns what `sitting` says; else whether the posture does.
 fn is_sitting(table: &Table<'_>, problems: &mut Problems) -> bool {
     let posture = table.get("posture");
-    let by_posture = posture.is_some_and(|p| p.text("posture", &mut Problems::default()).is_some_and(|n| n.text == "sitting"));
+    let by_posture = posture.is_some_and(|p| {
+        p.text("posture", &mut Problems::default())
+            .is_some_and(|n| n.text == "sitting")
+    });
     table.truth("sitting", problems).unwrap_or(by_posture)
 }
 

@@ -10,8 +10,8 @@ use super::table::{self, Name, Table};
 use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, navigation, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
 use crate::geom::Pose;
-use crate::geom::navigation::timing::Limits;
 use crate::geom::kinematics::{JointKind, Tree};
+use crate::geom::navigation::timing::Limits;
 use crate::source::{FileId, Files, Sources, Span};
 
 /// A robot or a human before it has a name and a place.

@@ -134,7 +134,10 @@ mod tests {
         assert_eq!(at(3.0, 0.0).total(), weights.length, "nobody minds from afar");
         assert_eq!(at(1.0, 0.0).visibility, 0.0, "he sees what is before him");
         assert_eq!(at(1.0, 1.0).visibility, 0.0, "45 degrees aside, too");
-        assert!(at(0.0, 1.0).visibility < at(-1.0, 0.0).visibility, "he minds most what is behind");
+        assert!(
+            at(0.0, 1.0).visibility < at(-1.0, 0.0).visibility,
+            "he minds most what is behind"
+        );
         assert!((at(-1.0, 0.0).visibility - weights.visibility * 2.0 / 3.0).abs() < 1e-12);
         assert!(at(1.0, 0.0).distance < at(0.5, 0.0).distance);
     }

@@ -80,7 +80,10 @@ impl Grid {
     /// Returns column and row of a cell.
     pub fn position(&self, index: usize) -> [i32; 2] {
         let columns = self.columns as usize;
-        [(index % columns) as i32 + self.low[0], (index / columns) as i32 + self.low[1]]
+        [
+            (index % columns) as i32 + self.low[0],
+            (index / columns) as i32 + self.low[1],
+        ]
     }
 
     /// Returns the middle of the cell.

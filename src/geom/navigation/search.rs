@@ -261,7 +261,10 @@ impl Search<'_> {
         let mut sum = 0.0;
         for k in 0..n {
             let t = (f64::from(k) + 0.5) / f64::from(n);
-            let at = [(f64::from(a[0]) + t * di).round() as i32, (f64::from(a[1]) + t * dj).round() as i32];
+            let at = [
+                (f64::from(a[0]) + t * di).round() as i32,
+                (f64::from(a[1]) + t * dj).round() as i32,
+            ];
             let cell = self.grid.index(at)?;
             if self.kind(cell) != Kind::Roomy {
                 return None;
@@ -327,7 +330,9 @@ impl Search<'_> {
         let from = node.cell as usize;
         let [i, j] = self.grid.position(from);
         for (k, [di, dj]) in (0_u8..).zip(DIRECTIONS) {
-            let Some(to) = self.grid.index([i + di, j + dj]) else { continue };
+            let Some(to) = self.grid.index([i + di, j + dj]) else {
+                continue;
+            };
             let metres = self.grid.cell * f64::from(di * di + dj * dj).sqrt();
             let step = metres * 0.5 * (self.cost(from) + self.cost(to));
             if self.kind(to) == Kind::Roomy {

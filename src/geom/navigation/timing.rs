@@ -103,7 +103,8 @@ fn one_by_one(corners: &[BasePose], limits: &Limits) -> Timed {
         for (t, row) in timed.times.iter().zip(&timed.positions).skip(1) {
             all.times.push(begin + t);
             let share = row.first().copied().unwrap_or(1.0);
-            all.positions.push((0..3).map(|i| a[i] + share * (b[i] - a[i])).collect());
+            all.positions
+                .push((0..3).map(|i| a[i] + share * (b[i] - a[i])).collect());
         }
     }
     all
