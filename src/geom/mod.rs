@@ -8,6 +8,7 @@ pub mod ik;
 pub mod kinematics;
 pub mod mesh;
 pub mod motion;
+pub mod navigation;
 pub mod shape;
 
 /// A rigid transform; `X_AB * p_BQ` is `p_AQ`.

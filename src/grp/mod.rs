@@ -12,6 +12,7 @@ mod cost;
 mod description;
 mod facts;
 mod free_place;
+mod ground;
 mod key;
 mod motion;
 mod prepared;

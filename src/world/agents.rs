@@ -27,7 +27,13 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
         ("humans", AgentKind::Human, "human"),
     ] {
         for (name, table) in root.named_tables(key, word, problems) {
-            table.only(&["model", "type", "base", "posture", "joints"], problems);
+            let keys = ["model", "type", "base", "posture", "joints", "sitting"];
+            let n = if kind == AgentKind::Human {
+                keys.len()
+            } else {
+                keys.len() - 1
+            };
+            table.only(&keys[..n], problems);
             let example = format!("model = \"models/{}.toml\"", if word == "robot" { "pr2" } else { word });
             let model_name = table.needed_text("model", &example, problems);
             let ty = table.text("type", problems).map(|t| t.text.to_string());
@@ -39,6 +45,7 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
                 problems.push(no_arm(word, name, model_name));
             }
             let q = configuration(&table, &model, problems);
+            let is_sitting = kind == AgentKind::Human && is_sitting(&table, problems);
             all.agents.push(Agent {
                 id: name.text.to_string(),
                 kind,
@@ -50,12 +57,24 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
                 camera: model.camera,
                 postures: model.postures,
                 base: model.base,
+                base_limits: model.base_limits,
+                is_sitting,
             });
             all.states.push(AgentState { X_WB, q });
             all.spans.push(name.span);
         }
     }
     all
+}
+
+/// Returns what `sitting` says; else whether the posture does.
+fn is_sitting(table: &Table<'_>, problems: &mut Problems) -> bool {
+    let posture = table.get("posture");
+    let by_posture = posture.is_some_and(|p| {
+        p.text("posture", &mut Problems::default())
+            .is_some_and(|n| n.text == "sitting")
+    });
+    table.truth("sitting", problems).unwrap_or(by_posture)
 }
 
 fn no_arm(word: &str, name: Name<'_>, model: Name<'_>) -> Problem {

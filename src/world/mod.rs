@@ -12,6 +12,7 @@ mod load;
 mod may_touch;
 mod mesh;
 mod model;
+mod navigation;
 mod objects;
 mod pose;
 mod problems;

@@ -7,10 +7,11 @@ use std::collections::BTreeSet;
 use super::mesh::Meshes;
 use super::srdf::{self, Srdf};
 use super::table::{self, Name, Table};
-use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, pose, problems, urdf};
+use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, navigation, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
 use crate::geom::Pose;
 use crate::geom::kinematics::{JointKind, Tree};
+use crate::geom::navigation::timing::Limits;
 use crate::source::{FileId, Files, Sources, Span};
 
 /// A robot or a human before it has a name and a place.
@@ -23,14 +24,16 @@ pub struct Model {
     pub camera: Option<Camera>,
     pub postures: IndexMap<String, Vec<f64>>,
     pub base: BaseKind,
+    pub base_limits: Limits,
 }
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "urdf",
     "srdf",
     "packages",
     "meshes",
     "base",
+    "navigation",
     "acceleration",
     "accelerations",
     "arms",
@@ -234,6 +237,7 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
     accelerations(root, &mut tree, problems);
     let arms = arms(root, &tree, srdf, problems);
     let base = base_kind(root, problems);
+    let base_limits = navigation::limits(root, problems);
     let camera = root
         .table("camera", "`[camera]`", problems)
         .and_then(|t| camera(&t, &tree, problems));
@@ -283,12 +287,17 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
         camera,
         postures,
         base,
+        base_limits,
     }
 }
 
 /// Returns what `base` says; a robot that nobody said can move does not.
 fn base_kind(root: &Table<'_>, problems: &mut Problems) -> BaseKind {
-    const KINDS: [(&str, BaseKind); 2] = [("fixed", BaseKind::Fixed), ("planar", BaseKind::Planar)];
+    const KINDS: [(&str, BaseKind); 3] = [
+        ("fixed", BaseKind::Fixed),
+        ("planar", BaseKind::Planar),
+        ("differential", BaseKind::Differential),
+    ];
     let Some(written) = root.text("base", problems) else {
         return BaseKind::default();
     };

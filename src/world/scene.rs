@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
+use crate::geom::navigation::{Drive, comfort::Weights, timing::Limits};
 use crate::geom::{Pose, kinematics::Tree, shape::Shape};
 
 /// A world file, loaded.
@@ -67,6 +68,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// In the order of the file. They are nowhere: nothing touches, sees or draws them.
     pub virtuals: Vec<VirtualObject>,
+    /// What people mind about a robot that passes: `[human_aware]`.
+    pub human_aware: Weights,
 }
 
 /// What an id of a world file names.
@@ -122,6 +125,10 @@ pub struct Agent {
     pub postures: IndexMap<String, Vec<f64>>,
     /// Whether it can go elsewhere.
     pub base: BaseKind,
+    /// How fast its base can go, and how soon.
+    pub base_limits: Limits,
+    /// Whether a human sits: then he can't step aside.
+    pub is_sitting: bool,
 }
 
 /// How an agent's base moves.
@@ -130,8 +137,21 @@ pub enum BaseKind {
     /// Not at all.
     #[default]
     Fixed,
-    /// On the floor, in every direction, turning on the spot.
+    /// On the floor, in every direction, turning on the spot or on the way.
     Planar,
+    /// On the floor along its heading, forward or backward, turning on the spot.
+    Differential,
+}
+
+impl BaseKind {
+    /// Returns how it moves; `None` where it does not.
+    pub fn drive(self) -> Option<Drive> {
+        match self {
+            BaseKind::Fixed => None,
+            BaseKind::Planar => Some(Drive::Holonomic),
+            BaseKind::Differential => Some(Drive::Differential),
+        }
+    }
 }
 
 /// A shape fixed to a link L of an agent.

@@ -184,6 +184,8 @@ fn arm() -> Agent {
         camera: None,
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
+        base_limits: Default::default(),
+        is_sitting: false,
     }
 }
 
