@@ -2,7 +2,9 @@
 //!
 //! Poses in monogram notation (`docs/notation.md`): `X_AB` is the pose of frame B in frame A. Metres, radians, seconds.
 
+pub mod checker;
 pub mod collide;
+pub mod cover;
 pub mod hull;
 pub mod ik;
 pub mod kinematics;
