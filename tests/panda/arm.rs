@@ -2,12 +2,15 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde_json::Value;
+use sgap::geom::checker::{Body, Checker, Item, LANES, Obstacle, Rig};
 use sgap::geom::collide::{Solid, touch};
+use sgap::geom::cover::Form;
 use sgap::geom::kinematics::{Dof, Tree};
-use sgap::geom::motion::Space;
+use sgap::geom::motion::{Space, rrt_connect, shortcut};
 use sgap::geom::shape::Shape;
 use sgap::geom::{Pose, Vec3};
 use sgap::source::{Files, Sources};
@@ -86,6 +89,7 @@ pub struct Panda {
     pub bodies: Vec<(usize, Shape, Pose)>,
     /// Indices of the bodies that may not touch each other.
     pub pairs: Vec<(usize, usize)>,
+    pub rig: Arc<Rig>,
 }
 
 struct Disk {
@@ -148,7 +152,14 @@ pub fn panda() -> Option<Panda> {
             }
         }
     }
+    let body = |(link, shape, X_LS): &(usize, Shape, Pose)| Body {
+        link: *link,
+        X_LS: *X_LS,
+        form: Arc::new(Form::new(Solid::new(shape))),
+    };
+    let rig = Rig::new(&agent.tree, &indices, &[], bodies.iter().map(body).collect());
     Some(Panda {
+        rig: Arc::new(rig),
         tree: agent.tree.clone(),
         q: world.start.agents[0].q.clone(),
         dofs: indices.iter().map(|d| agent.tree.dofs[*d].clone()).collect(),
@@ -204,3 +215,73 @@ impl Space for Naive<'_> {
         !(1..X_WS.len()).any(hits_obstacle) && !self.panda.pairs.iter().any(hits_itself)
     }
 }
+
+/// The space that the planner is given.
+pub struct Fast<'a> {
+    panda: &'a Panda,
+    checker: Checker,
+    lanes: Vec<[f64; LANES]>,
+}
+
+impl<'a> Fast<'a> {
+    pub fn new(panda: &'a Panda, problem: &Problem) -> Fast<'a> {
+        let obstacle = |(shape, X_WS): &(Shape, Pose)| Obstacle {
+            X_WS: *X_WS,
+            form: Arc::new(Form::new(Solid::new(shape))),
+        };
+        let obstacles: Vec<Obstacle> = problem.obstacles.iter().map(obstacle).collect();
+        let margin = |a: Item, b: Item| {
+            let apart = match (a, b) {
+                (Item::Body(i), Item::Body(j)) => panda.pairs.contains(&(i.min(j), i.max(j))),
+                (Item::Body(i), Item::Obstacle(_)) | (Item::Obstacle(_), Item::Body(i)) => i > 0,
+                (Item::Obstacle(_), Item::Obstacle(_)) => false,
+            };
+            apart.then_some(0.0)
+        };
+        let X_WL = panda.tree.link_poses(&Pose::identity(), &panda.q);
+        Fast {
+            panda,
+            checker: Checker::new(&panda.rig, &X_WL, &panda.q, &[], &obstacles, &margin),
+            lanes: vec![[0.0; LANES]; panda.dofs.len()],
+        }
+    }
+
+    pub fn checks(&self) -> u64 {
+        self.checker.n_checks()
+    }
+}
+
+impl Space for Fast<'_> {
+    fn dofs(&self) -> &[Dof] {
+        &self.panda.dofs
+    }
+
+    fn is_free(&mut self, q: &[f64]) -> bool {
+        self.checker.is_free(q)
+    }
+
+    fn all_free(&mut self, qs: &[f64]) -> bool {
+        let dim = self.lanes.len();
+        qs.chunks(LANES * dim).all(|eight| {
+            let n = eight.len() / dim;
+            for (j, lanes) in self.lanes.iter_mut().enumerate() {
+                // Places that are left over repeat the first.
+                *lanes = std::array::from_fn(|k| eight[if k < n { k } else { 0 } * dim + j]);
+            }
+            self.checker.all_free(&self.lanes)
+        })
+    }
+}
+
+/// How the bench and the test search.
+pub const SEARCH: rrt_connect::Settings = rrt_connect::Settings {
+    step: 1.0,
+    resolution: 1.0 / 32.0,
+    max_samples: 100_000,
+};
+
+/// And simplify.
+pub const SHORTCUT: shortcut::Settings = shortcut::Settings {
+    rounds: 100,
+    resolution: 1.0 / 32.0,
+};
