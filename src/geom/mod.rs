@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod motion;
 pub mod navigation;
 pub mod shape;
+pub mod sight;
 
 /// A rigid transform; `X_AB * p_BQ` is `p_AQ`.
 pub type Pose = nalgebra::Isometry3<f64>;
