@@ -92,7 +92,9 @@ fn row(name: &str, took: &[Took]) {
         let mut sorted: Vec<f64> = took.iter().map(of).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
-        [mean(of), at(0.5), at(0.95), at(1.0)].map(|v| format!("{v:>11.3}")).concat()
+        [mean(of), at(0.5), at(0.95), at(1.0)]
+            .map(|v| format!("{v:>11.3}"))
+            .concat()
     };
     println!(
         "{name:20}{}{}{:>10.2}{:>9.0}",

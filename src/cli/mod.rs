@@ -15,6 +15,7 @@ mod plan;
 mod problems;
 mod progress;
 mod repair;
+mod reproduce;
 mod trace;
 mod validate;
 mod view;
@@ -150,6 +151,11 @@ enum Command {
   sgap view worlds/three_objects.toml
   sgap view worlds/three_objects.toml plan.json")]
     View(view::Options),
+    /// Run the experiments of Gharbi's thesis and print its figures beside ours
+    #[command(after_help = "Examples:
+  sgap reproduce --runs 3
+  sgap reproduce 4.3")]
+    Reproduce(reproduce::Options),
     /// Plan again whenever one of the files is saved; Ctrl-C ends it
     #[command(after_help = "Takes what `sgap plan` takes:
   sgap watch domains/three_objects.hatp worlds/three_objects.toml")]
@@ -393,6 +399,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Import(options) => import::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Reproduce(options) => reproduce::run(options),
         Command::Watch(options) => watch::run(options),
         Command::New(options) => new::run(options),
         Command::Completions { shell } => completions(*shell),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Lab;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "plan",
     "trace",
     "validate",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 15] = [
     "import",
     "facts",
     "view",
+    "reproduce",
     "watch",
     "new",
     "completions",

@@ -102,7 +102,11 @@ impl Files for Disk {
             "panda_world.toml" => Ok("[robots.R]\nmodel = \"tests/vendors/panda.toml\"\nposture = \"rest\"\n".into()),
             _ => {
                 let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
-                Ok(if path.ends_with("panda.urdf") { with_fingers_of_mesh(&text) } else { text })
+                Ok(if path.ends_with("panda.urdf") {
+                    with_fingers_of_mesh(&text)
+                } else {
+                    text
+                })
             }
         }
     }
@@ -124,8 +128,12 @@ fn with_fingers_of_mesh(urdf: &str) -> String {
         let start = text.find(&format!("<link name=\"{link}\">")).unwrap();
         let end = start + text[start..].find("</link>").unwrap();
         let mesh = format!("package://{PACKAGE}/robots/panda_description/meshes/collision/finger.stl");
-        let shape = format!("<origin rpy=\"0 0 {yaw}\" xyz=\"0 0 0\"/><geometry><mesh filename=\"{mesh}\"/></geometry>");
-        text.replace_range(start..end, &format!("<link name=\"{link}\"><collision>{shape}</collision>"));
+        let shape =
+            format!("<origin rpy=\"0 0 {yaw}\" xyz=\"0 0 0\"/><geometry><mesh filename=\"{mesh}\"/></geometry>");
+        text.replace_range(
+            start..end,
+            &format!("<link name=\"{link}\"><collision>{shape}</collision>"),
+        );
     }
     text
 }
@@ -142,8 +150,7 @@ pub fn panda() -> Option<Panda> {
     let world = world.unwrap_or_else(|| panic!("{}", sgap::diag::render::render(&problems, &sources, false)));
     let agent = &world.scene.agents[0];
     let indices = agent.arms[0].dofs.clone();
-    let bodies: Vec<(usize, Shape, Pose)> =
-        agent.bodies.iter().map(|b| (b.link, b.shape.clone(), b.X_LS)).collect();
+    let bodies: Vec<(usize, Shape, Pose)> = agent.bodies.iter().map(|b| (b.link, b.shape.clone(), b.X_LS)).collect();
     let mut pairs = Vec::new();
     for (i, (a, ..)) in bodies.iter().enumerate() {
         for (j, (b, ..)) in bodies.iter().enumerate().skip(i + 1) {
@@ -203,15 +210,21 @@ impl Space for Naive<'_> {
         for (index, v) in self.panda.indices.iter().zip(q) {
             self.q[*index] = *v;
         }
-        self.panda.tree.link_poses_into(&Pose::identity(), &self.q, &mut self.X_WL);
-        let X_WS: Vec<Pose> = self.panda.bodies.iter().map(|(link, _, X_LS)| self.X_WL[*link] * X_LS).collect();
+        self.panda
+            .tree
+            .link_poses_into(&Pose::identity(), &self.q, &mut self.X_WL);
+        let X_WS: Vec<Pose> = self
+            .panda
+            .bodies
+            .iter()
+            .map(|(link, _, X_LS)| self.X_WL[*link] * X_LS)
+            .collect();
         // The first body is the base, which nothing moves.
         let hits_obstacle = |i: usize| {
             let body = &self.solids[i];
             self.obstacles.iter().any(|(o, X_WO)| touch(body, &X_WS[i], o, X_WO))
         };
-        let hits_itself =
-            |(i, j): &(usize, usize)| touch(&self.solids[*i], &X_WS[*i], &self.solids[*j], &X_WS[*j]);
+        let hits_itself = |(i, j): &(usize, usize)| touch(&self.solids[*i], &X_WS[*i], &self.solids[*j], &X_WS[*j]);
         !(1..X_WS.len()).any(hits_obstacle) && !self.panda.pairs.iter().any(hits_itself)
     }
 }
