@@ -185,7 +185,6 @@ fn arm() -> Agent {
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
         base_limits: Default::default(),
-        is_sitting: false,
     }
 }
 
