@@ -80,7 +80,7 @@ fn obstacles(problem: &Value) -> Vec<(Shape, Pose)> {
 /// The robot, its base at the world's origin.
 pub struct Panda {
     pub tree: Tree,
-    /// All of it, the fingers open.
+    /// All of it.
     pub q: Vec<f64>,
     /// The arm's degrees of freedom, and their indices into `q`.
     pub dofs: Vec<Dof>,
@@ -120,8 +120,8 @@ impl Files for Disk {
     }
 }
 
-/// Returns the description with the maker's mesh for each finger, as the problems' authors had it: the boxes that newer
-/// descriptions have in its place hit what some of the goals reach for.
+/// Returns the description with the maker's mesh for each finger, as the problems' authors had it: newer descriptions have boxes in
+/// its place.
 fn with_fingers_of_mesh(urdf: &str) -> String {
     let mut text = urdf.to_string();
     for (link, yaw) in [("panda_leftfinger", "0"), ("panda_rightfinger", "3.141592653589793")] {
@@ -165,10 +165,17 @@ pub fn panda() -> Option<Panda> {
         form: Arc::new(Form::new(Solid::new(shape))),
     };
     let rig = Rig::new(&agent.tree, &indices, &[], bodies.iter().map(body).collect());
+    // As far out as in the model that the problems were made with, beyond what the real fingers can do.
+    let mut q = world.start.agents[0].q.clone();
+    for (dof, v) in agent.tree.dofs.iter().zip(&mut q) {
+        if dof.name.contains("finger") {
+            *v = 0.065;
+        }
+    }
     Some(Panda {
         rig: Arc::new(rig),
         tree: agent.tree.clone(),
-        q: world.start.agents[0].q.clone(),
+        q,
         dofs: indices.iter().map(|d| agent.tree.dofs[*d].clone()).collect(),
         indices,
         bodies,
