@@ -8,6 +8,8 @@
 
 #[path = "geometry/closed_form.rs"]
 mod closed_form;
+#[path = "geometry/checker.rs"]
+mod checker;
 #[path = "geometry/collide.rs"]
 mod collide;
 #[path = "geometry/hull.rs"]
