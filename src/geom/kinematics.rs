@@ -14,6 +14,7 @@ pub(crate) mod trig;
 use nalgebra::Matrix6xX;
 
 use self::hinge::{Hinge, Rigid, product};
+use super::ik::closed_form::ClosedForm;
 use super::{Pose, Vec3};
 
 /// A robot's or human's links and joints. Link 0 is the root, whose frame is the base frame B.
@@ -163,6 +164,18 @@ pub struct Chain {
     X_NT: Pose,
     dofs: Vec<Dof>,
     dof_indices: Vec<usize>,
+    /// For each dof, see [`Chain::turns_by`].
+    turns: Vec<Option<f64>>,
+    closed_form: Option<ClosedForm>,
+}
+
+/// See [`Chain::turns_by`].
+fn turns(joints: &[ChainJoint], column: usize) -> Option<f64> {
+    let mut driven = joints.iter().filter(|j| j.column == column);
+    match (driven.next(), driven.next()) {
+        (Some(j), None) if j.kind == JointKind::Revolute && j.scale != 0.0 => Some(j.scale),
+        _ => None,
+    }
 }
 
 /// A movable joint; its hinge has its frame J in the frame N after the movable joint before it (K for the first).
@@ -203,6 +216,8 @@ impl Chain {
             X_NT: Pose::identity(),
             dofs: Vec::new(),
             dof_indices: Vec::new(),
+            turns: Vec::new(),
+            closed_form: None,
         };
         for joint in way.into_iter().rev() {
             let X_NJ = chain.X_NT * joint.X_PJ;
@@ -230,6 +245,8 @@ impl Chain {
             chain.X_NT = Pose::identity();
         }
         chain.X_NT *= X_LT;
+        chain.turns = (0..chain.dofs.len()).map(|i| turns(&chain.joints, i)).collect();
+        chain.closed_form = ClosedForm::recognise(&chain);
         Some(chain)
     }
 
@@ -251,6 +268,20 @@ impl Chain {
             .is_some_and(|d| d.lower == f64::NEG_INFINITY && d.upper == f64::INFINITY);
         let one_to_one = |j: &ChainJoint| j.kind == JointKind::Revolute && j.scale.abs() == 1.0;
         endless && self.joints.iter().filter(|j| j.column == i).all(one_to_one)
+    }
+
+    /// Returns the angle by which dof `i` turns its joint per unit; `None` when it slides a joint or drives several.
+    pub fn turns_by(&self, i: usize) -> Option<f64> {
+        self.turns.get(i).copied().flatten()
+    }
+
+    #[doc(hidden)]
+    pub fn closed(&self) -> Option<String> {
+        self.closed_form.as_ref().map(|c| format!("{c:?}"))
+    }
+    /// Returns how its inverse kinematics is solved in closed form, where it is.
+    pub fn closed_form(&self) -> Option<&ClosedForm> {
+        self.closed_form.as_ref()
     }
 
     /// Returns `X_KT`, the pose of the tool in the base link's frame; `q` in chain order.
