@@ -1,6 +1,6 @@
 //! Lines of sight from one eye: which of many solids, if any, hides a point.
 //!
-//! Solids that cannot hide anything of the ball looked at are left out once ([`Sight::towards`]: a ball against the hull of the eye and that ball);
+//! Solids that cannot hide anything of the ball looked at are left out once ([`Cone`]: a ball against the hull of the eye and that ball);
 //! what is left is tested point by point, first by the spheres about the solids, then by their closed forms
 //! (`collide::Seen`). The last one that hid a point is asked first: neighbouring points are mostly hidden by the same one.
 //! Does NOT say where a ray first meets something, and knows no field of view.
@@ -9,11 +9,11 @@
 use super::collide::{Seen, Solid};
 use super::{Pose, Vec3};
 
-/// Solids around an eye E.
+/// What can hide points of one ball from an eye E.
 #[derive(Debug, Clone)]
 pub struct Sight<'a> {
-    p_WE: Vec3,
-    solids: Vec<Around<'a>>,
+    cone: Cone,
+    near: Vec<Around<'a>>,
 }
 
 /// One solid, and the ball about it.
@@ -27,49 +27,33 @@ struct Around<'a> {
     seen: Seen<'a>,
 }
 
-/// What can hide points of one ball from the eye.
-#[derive(Debug)]
-pub struct Towards<'s, 'a> {
-    p_WE: Vec3,
-    /// The larger ones to the eye first.
-    near: Vec<&'s Around<'a>>,
-}
-
 impl<'a> Sight<'a> {
-    /// Returns an eye at `p_WE` [m] with nothing around it.
-    pub fn new(p_WE: Vec3) -> Sight<'a> {
-        Sight {
-            p_WE,
-            solids: Vec::new(),
+    /// Returns an eye at `cone.apex` that looks at points of the cone's ball, with nothing around it.
+    pub fn new(cone: Cone) -> Sight<'a> {
+        Sight { cone, near: Vec::new() }
+    }
+
+    /// Adds a solid at `X_WS`, which answers call `id`, unless it can hide nothing.
+    pub fn add(&mut self, id: usize, solid: &'a Solid, X_WS: &Pose) {
+        let p_EB = X_WS.translation.vector - self.cone.apex;
+        if self.cone.may_touch_from_apex(&p_EB, solid.radius()) {
+            self.near.push(Around {
+                id,
+                p_EB,
+                radius: solid.radius(),
+                seen: Seen::new(solid, X_WS, &self.cone.apex),
+            });
         }
     }
 
-    /// Adds a solid at `X_WS`, which answers call `id`.
-    pub fn add(&mut self, id: usize, solid: &'a Solid, X_WS: &Pose) {
-        self.solids.push(Around {
-            id,
-            p_EB: X_WS.translation.vector - self.p_WE,
-            radius: solid.radius(),
-            seen: Seen::new(solid, X_WS, &self.p_WE),
-        });
-    }
-
-    /// Leaves out the solids that `keep` does not want and those that hide no point within `radius` [m] of `p_WC`.
-    pub fn towards(&self, p_WC: &Vec3, radius: f64, keep: &dyn Fn(usize) -> bool) -> Towards<'_, 'a> {
-        let cone = Cone::new(self.p_WE, *p_WC, radius);
-        let near = self
-            .solids
-            .iter()
-            .filter(|s| cone.may_touch_from_apex(&s.p_EB, s.radius) && keep(s.id));
-        let mut near: Vec<&Around<'a>> = near.collect();
-        // How large a solid looks, without a root.
+    /// Brings the solids that look larger to the front, so that what is hidden is mostly found at once. The answers are the same
+    /// without.
+    pub fn sort(&mut self) {
         let size = |s: &Around<'_>| s.radius * s.radius / s.p_EB.norm_squared();
-        near.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.id.cmp(&b.id)));
-        Towards { p_WE: self.p_WE, near }
+        self.near
+            .sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.id.cmp(&b.id)));
     }
-}
 
-impl Towards<'_, '_> {
     /// Says whether nothing can hide anything.
     pub fn is_clear(&self) -> bool {
         self.near.is_empty()
@@ -81,20 +65,18 @@ impl Towards<'_, '_> {
         if self.near.is_empty() {
             return None;
         }
-        let way = p_WQ - self.p_WE;
+        let way = p_WQ - self.cone.apex;
         let length2 = way.norm_squared();
         let until = 1.0 - slack / length2.sqrt();
         let found = self.near.iter().position(|s| {
             let along = s.p_EB.dot(&way);
             // A little more than the ball, to be above rounding: it is for speed alone.
             let aside2 = s.p_EB.norm_squared() * length2 - along * along;
-            let reach2 = s.radius * s.radius;
-            let misses = aside2 > 1.001 * reach2 * length2;
+            let misses = aside2 > 1.001 * s.radius * s.radius * length2;
             !misses && s.seen.cuts(&way, until)
         })?;
-        let id = self.near[found].id;
         self.near[..=found].rotate_right(1);
-        Some(id)
+        Some(self.near[0].id)
     }
 }
 
@@ -211,12 +193,12 @@ mod tests {
                 })
                 .collect();
             let eye = random_point(&mut rng, 2.5);
-            let mut sight = Sight::new(eye);
+            let (centre, radius) = (random_point(&mut rng, 1.5), rng.random_range(0.05..0.5));
+            let mut sight = Sight::new(Cone::new(eye, centre, radius));
             for (i, (solid, X_WS)) in solids.iter().enumerate() {
                 sight.add(i, solid, X_WS);
             }
-            let (centre, radius) = (random_point(&mut rng, 1.5), rng.random_range(0.05..0.5));
-            let mut towards = sight.towards(&centre, radius, &|_| true);
+            sight.sort();
             for _ in 0..40 {
                 let p = centre + random_point(&mut rng, 1.0).normalize() * radius;
                 let way = p - eye;
@@ -226,7 +208,7 @@ mod tests {
                         .iter()
                         .any(|(s, X)| ray(s, X, &eye, &(way / far), far - slack).is_some())
                 };
-                let fast = towards.hidden_by(&p, 1e-6).is_some();
+                let fast = sight.hidden_by(&p, 1e-6).is_some();
                 if fast != enters(1e-6) {
                     // Only rounding at a border may tell the two apart.
                     let grown = |by: f64| {
