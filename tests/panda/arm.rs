@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use sgap::geom::checker::{Body, Checker, Item, LANES, Obstacle, Rig};
 use sgap::geom::collide::{Solid, touch};
 use sgap::geom::cover::Form;
 use sgap::geom::kinematics::{Dof, Tree};
-use sgap::geom::motion::{Space, rrt_connect, shortcut};
+use sgap::geom::motion::rrt_connect::{self, NoPath};
+use sgap::geom::motion::{Path, Space, edge_is_free, shortcut};
 use sgap::geom::shape::Shape;
 use sgap::geom::{Pose, Vec3};
 use sgap::source::{Files, Sources};
@@ -102,7 +104,11 @@ impl Files for Disk {
             "panda_world.toml" => Ok("[robots.R]\nmodel = \"tests/vendors/panda.toml\"\nposture = \"rest\"\n".into()),
             _ => {
                 let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
-                Ok(if path.ends_with("panda.urdf") { with_fingers_of_mesh(&text) } else { text })
+                Ok(if path.ends_with("panda.urdf") {
+                    with_fingers_of_mesh(&text)
+                } else {
+                    text
+                })
             }
         }
     }
@@ -124,8 +130,12 @@ fn with_fingers_of_mesh(urdf: &str) -> String {
         let start = text.find(&format!("<link name=\"{link}\">")).unwrap();
         let end = start + text[start..].find("</link>").unwrap();
         let mesh = format!("package://{PACKAGE}/robots/panda_description/meshes/collision/finger.stl");
-        let shape = format!("<origin rpy=\"0 0 {yaw}\" xyz=\"0 0 0\"/><geometry><mesh filename=\"{mesh}\"/></geometry>");
-        text.replace_range(start..end, &format!("<link name=\"{link}\"><collision>{shape}</collision>"));
+        let shape =
+            format!("<origin rpy=\"0 0 {yaw}\" xyz=\"0 0 0\"/><geometry><mesh filename=\"{mesh}\"/></geometry>");
+        text.replace_range(
+            start..end,
+            &format!("<link name=\"{link}\"><collision>{shape}</collision>"),
+        );
     }
     text
 }
@@ -142,8 +152,7 @@ pub fn panda() -> Option<Panda> {
     let world = world.unwrap_or_else(|| panic!("{}", sgap::diag::render::render(&problems, &sources, false)));
     let agent = &world.scene.agents[0];
     let indices = agent.arms[0].dofs.clone();
-    let bodies: Vec<(usize, Shape, Pose)> =
-        agent.bodies.iter().map(|b| (b.link, b.shape.clone(), b.X_LS)).collect();
+    let bodies: Vec<(usize, Shape, Pose)> = agent.bodies.iter().map(|b| (b.link, b.shape.clone(), b.X_LS)).collect();
     let mut pairs = Vec::new();
     for (i, (a, ..)) in bodies.iter().enumerate() {
         for (j, (b, ..)) in bodies.iter().enumerate().skip(i + 1) {
@@ -210,15 +219,21 @@ impl Space for Naive<'_> {
         for (index, v) in self.panda.indices.iter().zip(q) {
             self.q[*index] = *v;
         }
-        self.panda.tree.link_poses_into(&Pose::identity(), &self.q, &mut self.X_WL);
-        let X_WS: Vec<Pose> = self.panda.bodies.iter().map(|(link, _, X_LS)| self.X_WL[*link] * X_LS).collect();
+        self.panda
+            .tree
+            .link_poses_into(&Pose::identity(), &self.q, &mut self.X_WL);
+        let X_WS: Vec<Pose> = self
+            .panda
+            .bodies
+            .iter()
+            .map(|(link, _, X_LS)| self.X_WL[*link] * X_LS)
+            .collect();
         // The first body is the base, which nothing moves.
         let hits_obstacle = |i: usize| {
             let body = &self.solids[i];
             self.obstacles.iter().any(|(o, X_WO)| touch(body, &X_WS[i], o, X_WO))
         };
-        let hits_itself =
-            |(i, j): &(usize, usize)| touch(&self.solids[*i], &X_WS[*i], &self.solids[*j], &X_WS[*j]);
+        let hits_itself = |(i, j): &(usize, usize)| touch(&self.solids[*i], &X_WS[*i], &self.solids[*j], &X_WS[*j]);
         !(1..X_WS.len()).any(hits_obstacle) && !self.panda.pairs.iter().any(hits_itself)
     }
 }
@@ -280,15 +295,27 @@ impl Space for Fast<'_> {
     }
 }
 
-/// How the bench and the test search.
-pub const SEARCH: rrt_connect::Settings = rrt_connect::Settings {
-    step: 1.0,
-    resolution: 1.0 / 32.0,
-    max_samples: 100_000,
-};
+/// Spacing of the checks while a path is searched; what is found is checked again at the other one [rad].
+pub const SEARCH: f64 = 1.0 / 32.0;
+pub const RESOLUTION: f64 = 1.0 / 64.0;
 
-/// And simplify.
-pub const SHORTCUT: shortcut::Settings = shortcut::Settings {
-    rounds: 100,
-    resolution: 1.0 / 32.0,
-};
+/// Searches a path that is free at a spacing.
+pub fn search(space: &mut dyn Space, problem: &Problem, resolution: f64, rng: &mut ChaCha8Rng) -> Result<Path, NoPath> {
+    let settings = rrt_connect::Settings {
+        step: 1.0,
+        resolution,
+        max_samples: 100_000,
+    };
+    rrt_connect::rrt_connect(space, &problem.start, &problem.goal, &settings, rng)
+}
+
+/// Makes a path shorter; says whether it is free at [`RESOLUTION`].
+pub fn simplify(space: &mut dyn Space, path: Path, resolution: f64, rng: &mut ChaCha8Rng) -> (Path, bool) {
+    let settings = shortcut::Settings {
+        rounds: 100,
+        resolution,
+    };
+    let path = shortcut::shortcut(space, path, &settings, rng);
+    let is_free = path.windows(2).all(|e| edge_is_free(space, &e[0], &e[1], RESOLUTION));
+    (path, is_free)
+}
