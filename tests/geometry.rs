@@ -6,6 +6,8 @@
     reason = "the platform's own functions are the independent opinion"
 )]
 
+#[path = "geometry/closed_form.rs"]
+mod closed_form;
 #[path = "geometry/checker.rs"]
 mod checker;
 #[path = "geometry/collide.rs"]
