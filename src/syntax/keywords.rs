@@ -78,7 +78,7 @@ const KEYWORDS: &[Keyword] = &[
     keyword(
         Declaration,
         "geometric",
-        "A geometric action, for `projects`: `geometric pick(Agent A, any O);`.",
+        "A geometric action, for `projects`: `geometric lift(Agent A, any O) { exists hand in arms(A); ... }`.",
     ),
     keyword(
         Declaration,

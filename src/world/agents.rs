@@ -67,6 +67,7 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
                 camera: model.camera,
                 postures: model.postures,
                 base: if manner.is_sitting { BaseKind::Fixed } else { model.base },
+                base_limits: model.base_limits,
                 manner,
             });
             all.states.push(AgentState { X_WB, q });

@@ -10,12 +10,20 @@ use super::mesh::Meshes;
 use super::model;
 use super::objects::{self, Written};
 use super::table::{self, Table};
-use super::{EntityRef, ObjectState, Scene, State, VirtualObject, World, values};
+use super::{EntityRef, ObjectState, Scene, State, VirtualObject, World, navigation, values};
 use crate::diag::{Problem, Problems};
 use crate::source::{Files, Sources, Span};
 
-const KEYS: [&str; 8] = [
-    "task", "packages", "robots", "humans", "objects", "virtual", "facts", "state",
+const KEYS: [&str; 9] = [
+    "task",
+    "packages",
+    "robots",
+    "humans",
+    "objects",
+    "virtual",
+    "facts",
+    "state",
+    "human_aware",
 ];
 /// At the start, an overlap up to this depth is a touch [m].
 const TOUCH: f64 = 1e-3;
@@ -52,6 +60,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     // What `[state]` says counts more.
     let mut values = std::mem::take(&mut agents.values);
     values.extend(values::state(&root, &mut problems));
+    let human_aware = navigation::human_aware(&root, &mut problems);
     let mut meshes = Meshes::new(files, model::packages(&root, path, &mut problems), true);
     let mut solids = objects::Solids {
         meshes: &mut meshes,
@@ -72,6 +81,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
         agents: agents.agents,
         objects: written.into_iter().map(|w| w.object).collect(),
         virtuals: virtuals.into_iter().map(|(v, _)| v).collect(),
+        human_aware,
     };
     let start = State {
         agents: agents.states,

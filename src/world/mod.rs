@@ -13,6 +13,7 @@ mod manner;
 mod may_touch;
 mod mesh;
 mod model;
+mod navigation;
 mod objects;
 mod pose;
 mod problems;

@@ -9,9 +9,10 @@ use std::collections::BTreeSet;
 use super::mesh::Meshes;
 use super::srdf::{self, Srdf};
 use super::table::{self, Name, Table};
-use super::{Arm, BaseKind, Body, Camera, may_touch, pose, problems, urdf};
+use super::{Arm, BaseKind, Body, Camera, may_touch, navigation, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
 use crate::geom::kinematics::Tree;
+use crate::geom::navigation::timing::Limits;
 use crate::source::{FileId, Files, Sources, Span};
 
 /// A robot or a human before it has a name and a place.
@@ -24,6 +25,7 @@ pub struct Model {
     pub camera: Option<Camera>,
     pub postures: IndexMap<String, Vec<f64>>,
     pub base: BaseKind,
+    pub base_limits: Limits,
 }
 
 const KEYS: [&str; 13] = [
@@ -33,6 +35,7 @@ const KEYS: [&str; 13] = [
     "meshes",
     "without_shape",
     "base",
+    "navigation",
     "speeds",
     "acceleration",
     "accelerations",
@@ -252,6 +255,7 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
     accelerations(root, &mut tree, problems);
     let arms = arms::read(root, &tree, srdf, problems);
     let base = base_kind(root, problems);
+    let base_limits = navigation::limits(root, problems);
     let camera = root
         .table("camera", "`[camera]`", problems)
         .and_then(|t| camera(&t, &tree, problems));
@@ -301,14 +305,16 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
         camera,
         postures,
         base,
+        base_limits,
     }
 }
 
 /// Returns what `base` says; a robot that nobody said can move does not.
 fn base_kind(root: &Table<'_>, problems: &mut Problems) -> BaseKind {
-    const KINDS: [(&str, BaseKind); 3] = [
+    const KINDS: [(&str, BaseKind); 4] = [
         ("fixed", BaseKind::Fixed),
         ("planar", BaseKind::Planar),
+        ("differential", BaseKind::Differential),
         ("flying", BaseKind::Flying),
     ];
     let Some(written) = root.text("base", problems) else {

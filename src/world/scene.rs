@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
+use crate::geom::navigation::{Drive, comfort::Weights, timing::Limits};
 use crate::geom::{Pose, kinematics::Tree, shape::Shape};
 
 /// A world file, loaded.
@@ -69,6 +70,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// In the order of the file. They are nowhere: nothing touches, sees or draws them.
     pub virtuals: Vec<VirtualObject>,
+    /// What people mind about a robot that passes: `[human_aware]`.
+    pub human_aware: Weights,
 }
 
 /// What an id of a world file names.
@@ -124,6 +127,8 @@ pub struct Agent {
     pub postures: IndexMap<String, Vec<f64>>,
     /// Whether it can go elsewhere; who sits can't.
     pub base: BaseKind,
+    /// How fast its base can go, and how soon.
+    pub base_limits: Limits,
     /// What a human is like; robots have the default.
     pub manner: Manner,
 }
@@ -158,10 +163,23 @@ pub enum BaseKind {
     /// Not at all.
     #[default]
     Fixed,
-    /// On the floor, in every direction, turning on the spot.
+    /// On the floor, in every direction, turning on the spot or on the way.
     Planar,
+    /// On the floor along its heading, forward or backward, turning on the spot.
+    Differential,
     /// In the air: x, y, z and yaw. Nothing plans a change of height: a base goes at the height at which it is.
     Flying,
+}
+
+impl BaseKind {
+    /// Returns how it moves; `None` where it does not.
+    pub fn drive(self) -> Option<Drive> {
+        match self {
+            BaseKind::Fixed | BaseKind::Flying => None,
+            BaseKind::Planar => Some(Drive::Holonomic),
+            BaseKind::Differential => Some(Drive::Differential),
+        }
+    }
 }
 
 /// A shape fixed to a link L of an agent.
