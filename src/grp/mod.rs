@@ -12,6 +12,7 @@ mod cost;
 mod description;
 mod facts;
 mod free_place;
+mod ground;
 mod key;
 mod motion;
 mod prepared;
@@ -33,10 +34,11 @@ use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use crate::ir::geometric::{Change, Space};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
-use crate::world::{EntityRef, Scene, State, World};
+use crate::world::{EntityRef, Scene, World};
 use adopt::Adopted;
 use constraints::Constraints;
 use description::Description;
+use facts::{Memory, States};
 use key::Key;
 use prepared::Prepared;
 use requests::{Answer, Question};
@@ -66,12 +68,12 @@ pub struct Grp<'a> {
     seed: u64,
     stop: Arc<AtomicBool>,
     /// World states, the current one last.
-    states: Vec<State>,
+    states: States,
     gases: Vec<Gas>,
     /// Actions of an earlier plan.
     adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
-    answers: BTreeMap<(Key, Question), Option<Answer>>,
+    memory: Memory,
     counts: Counts,
 }
 
@@ -82,17 +84,18 @@ impl<'a> Grp<'a> {
     ///
     /// A sentence, when an arm of the scene is no serial chain.
     pub fn new(world: &'a World, settings: Settings, seed: u64, stop: Arc<AtomicBool>) -> Result<Self, String> {
+        let prepared = Prepared::new(&world.scene)?;
         Ok(Grp {
             scene: &world.scene,
-            prepared: Prepared::new(&world.scene)?,
+            memory: Memory::new(&world.scene, &prepared),
+            prepared,
             settings,
             seed,
             stop,
-            states: vec![world.start.clone()],
+            states: States::new(world.start.clone()),
             gases: Vec::new(),
             adopted: Vec::new(),
             by_key: BTreeMap::new(),
-            answers: BTreeMap::new(),
             counts: Counts::default(),
         })
     }
@@ -107,28 +110,14 @@ impl<'a> Grp<'a> {
         self.ask(Question::Fact(fact)) == Some(Answer::Truth(true))
     }
 
-    /// Answers a question about the current world state, remembered by question and state.
+    /// Answers a question about the current world state. Answers are remembered with what they rest on.
     fn ask(&mut self, question: Question) -> Option<Answer> {
-        let state = self.states.last()?;
-        // What costs less than the state's fingerprint is not worth remembering.
-        let is_cheap = matches!(
-            question,
-            Question::Fact(Fact::IsOn { .. } | Fact::IsIn { .. } | Fact::IsBigger { .. } | Fact::HasInHand { .. })
-        );
-        if is_cheap {
-            return requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        }
-        let key = Key::new(self.seed).state(state);
-        if let Some(known) = self.answers.get(&(key, question)) {
-            return *known;
-        }
-        match question {
-            Question::Fact(_) => self.counts.facts += 1,
-            _ => self.counts.requests += 1,
-        }
-        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        self.answers.insert((key, question), answer);
-        answer
+        let computed = match question {
+            Question::Fact(_) => &mut self.counts.facts,
+            _ => &mut self.counts.requests,
+        };
+        let (scene, prepared, states) = (self.scene, &self.prepared, &mut self.states);
+        self.memory.ask(scene, prepared, states, self.seed, question, computed)
     }
 
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.

@@ -14,7 +14,7 @@ use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 use crate::source::Span;
 
-const KEYS: [&str; 21] = [
+const KEYS: [&str; 26] = [
     "type",
     "mesh",
     "box",
@@ -27,8 +27,13 @@ const KEYS: [&str; 21] = [
     "yaw",
     "on",
     "support",
+    "in",
+    "container",
     "at",
     "stands",
+    "in_hand_of",
+    "arm",
+    "grasp",
     "movable",
     "supports",
     "grasps",
@@ -122,7 +127,7 @@ fn object(name: Name<'_>, table: &Table<'_>, solids: &mut Solids<'_, '_>, proble
     });
     // What is given is taken as it is; what is not is computed. A fixed object is not grasped, and put down here only.
     let stable = listed_stable.unwrap_or_else(|| {
-        if movable || table.has("on") {
+        if movable || table.has("on") || table.has("in") {
             stable::stable_orientations(&parts)
         } else {
             Vec::new()

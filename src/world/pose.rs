@@ -47,6 +47,15 @@ pub fn read(table: &Table<'_>, problems: &mut Problems) -> Pose {
     pose_xyz_rpy(xyz, rpy)
 }
 
+/// Returns `yaw` alone [rad]; zero when absent.
+pub fn yaw(table: &Table<'_>, problems: &mut Problems) -> f64 {
+    let Some((value, span)) = table.number("yaw", problems) else {
+        return 0.0;
+    };
+    angle_is_plausible("yaw", value, &table.place, span, problems);
+    value
+}
+
 /// Complains about an angle of more than two turns: it is in degrees.
 fn angle_is_plausible(name: &str, value: f64, place: &str, span: crate::source::Span, problems: &mut Problems) {
     if value.abs() > 4.0 * std::f64::consts::PI {
