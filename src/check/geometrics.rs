@@ -403,7 +403,11 @@ impl<'c> Compiler<'c> {
             say(
                 format!("`{what}` is no place where {parts} can end"),
                 "does not fit",
-                format!("{parts} end at {other}"),
+                if moves_fingers {
+                    format!("fingers end at {other}")
+                } else {
+                    format!("an arm ends at {other}")
+                },
             );
             return;
         }
