@@ -34,7 +34,7 @@ use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
 use crate::ir::geometric::{Change, Space};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
-use crate::world::{EntityRef, Scene, World};
+use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;
 use description::Description;
@@ -74,6 +74,8 @@ pub struct Grp<'a> {
     adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
     memory: Memory,
+    /// All facts that can hold in some world state.
+    possible: Arc<Vec<(&'static str, EntityRef, EntityRef, Fact)>>,
     counts: Counts,
 }
 
@@ -88,6 +90,7 @@ impl<'a> Grp<'a> {
         Ok(Grp {
             scene: &world.scene,
             memory: Memory::new(&world.scene, &prepared),
+            possible: Arc::new(Self::possible_facts(&world.scene)),
             prepared,
             settings,
             seed,
@@ -120,42 +123,38 @@ impl<'a> Grp<'a> {
         self.memory.ask(scene, prepared, states, self.seed, question, computed)
     }
 
+    /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
+    /// not asked again where nothing that matters has moved.
+    pub fn observe(&mut self, state: State) {
+        self.states.push(state);
+    }
+
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
     pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
-        let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
-        let entities: Vec<EntityRef> = agents
-            .chain((0..self.scene.objects.len()).map(EntityRef::Object))
-            .collect();
+        let possible = Arc::clone(&self.possible);
+        let asked = possible.iter();
+        asked
+            .map(|(name, a, b, fact)| (*name, *a, *b, self.holds(*fact)))
+            .collect()
+    }
+
+    /// Returns the facts of a scene that can hold in some world state.
+    fn possible_facts(scene: &Scene) -> Vec<(&'static str, EntityRef, EntityRef, Fact)> {
+        let agents = (0..scene.agents.len()).map(EntityRef::Agent);
+        let entities: Vec<EntityRef> = agents.chain((0..scene.objects.len()).map(EntityRef::Object)).collect();
         let mut all = Vec::new();
         for name in FACTS {
             for first in &entities {
-                for second in &entities {
-                    if first == second {
-                        continue;
-                    }
+                for second in entities.iter().filter(|second| *second != first) {
                     if let Some(fact) = Fact::of(name, *first, *second)
-                        && self.is_about_things(fact)
+                        && is_about_things(scene, fact)
                     {
-                        all.push((name, *first, *second, self.holds(fact)));
+                        all.push((name, *first, *second, fact));
                     }
                 }
             }
         }
         all
-    }
-
-    /// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
-    fn is_about_things(&self, fact: Fact) -> bool {
-        let movable = |o: usize| self.scene.objects[o].movable;
-        let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
-        match fact {
-            Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
-            Fact::IsIn { a, b } => movable(a) && !self.scene.objects[b].containers.is_empty(),
-            Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
-            Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
-            Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
-            Fact::IsVisible { .. } => true,
-        }
     }
 
     fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
@@ -325,6 +324,20 @@ impl<'a> Grp<'a> {
     }
 }
 
+/// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
+fn is_about_things(scene: &Scene, fact: Fact) -> bool {
+    let movable = |o: usize| scene.objects[o].movable;
+    let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
+    match fact {
+        Fact::IsOn { a, b } => movable(a) && !scene.objects[b].supports.is_empty(),
+        Fact::IsIn { a, b } => movable(a) && !scene.objects[b].containers.is_empty(),
+        Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
+        Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
+        Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
+        Fact::IsVisible { .. } => true,
+    }
+}
+
 impl Reasoner for Grp<'_> {
     fn project(&mut self, domain: &Domain, call: &Call<'_>) -> Result<Projection, ActionRefusal> {
         let gas = self.start(domain, call)?;
@@ -379,7 +392,7 @@ impl Reasoner for Grp<'_> {
                 continue;
             }
             if let Some(fact) = Fact::of(name, first, second)
-                && self.is_about_things(fact)
+                && is_about_things(self.scene, fact)
                 && self.holds(fact)
             {
                 if !description.is_set {
