@@ -16,3 +16,5 @@ mod ik;
 mod kinematics;
 #[path = "geometry/motion.rs"]
 mod motion;
+#[path = "geometry/navigation.rs"]
+mod navigation;
