@@ -283,16 +283,9 @@ impl Space for Fast<'_> {
     }
 
     fn all_free(&mut self, qs: &[f64]) -> bool {
-        let dim = self.lanes.len();
-        qs.chunks(LANES * dim).all(|eight| {
-            let n = eight.len() / dim;
-            for (j, lanes) in self.lanes.iter_mut().enumerate() {
-                // Places that are left over repeat the first.
-                *lanes = std::array::from_fn(|k| eight[if k < n { k } else { 0 } * dim + j]);
-            }
-            self.checker.all_free(&self.lanes)
-        })
+        self.checker.all_free(qs)
     }
+
 }
 
 /// Spacing of the checks while a path is searched; what is found is checked again at the other one [rad].
