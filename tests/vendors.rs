@@ -192,11 +192,18 @@ fn links_are_where_pinocchio_puts_them() {
     }
 }
 
-/// How many joints of its arm are held while the others are solved for in closed form.
-const HELD: [(&str, usize); 5] = [("panda", 1), ("pr2", 1), ("ur5", 0), ("tiago", 1), ("tiago_pro", 1)];
+/// How many joints of its arm are held while the others are solved for in closed form. TIAGo Pro's description has the errors of
+/// calibration in its axes: none of them meet or are parallel.
+const HELD: [(&str, Option<usize>); 5] = [
+    ("panda", Some(1)),
+    ("pr2", Some(1)),
+    ("ur5", Some(0)),
+    ("tiago", Some(1)),
+    ("tiago_pro", None),
+];
 
 #[test]
-fn their_arms_are_solved_in_closed_form() {
+fn their_arms_are_solved() {
     let Some(packages) = packages() else { return };
     let settings = ik::Settings {
         max_iterations: 60,
@@ -211,7 +218,7 @@ fn their_arms_are_solved_in_closed_form() {
         for arm in &agent.arms {
             let chain = Chain::new(&agent.tree, arm.base_link, arm.tip_link, &arm.X_LT).unwrap();
             let form = chain.closed_form();
-            assert_eq!(form.map(|f| f.held().len()), Some(held), "{robot}, {}", arm.name);
+            assert_eq!(form.map(|f| f.held().len()), held, "{robot}, {}", arm.name);
             let mut rng = ChaCha8Rng::seed_from_u64(1);
             let mut draw = || -> Vec<f64> {
                 let one = |d: &Dof| rng.random_range(d.lower.max(-3.1)..d.upper.min(3.1));
@@ -222,13 +229,19 @@ fn their_arms_are_solved_in_closed_form() {
             for (q, seed) in poses {
                 let X_KT = chain.tool_pose(&q);
                 let again = form.unwrap().solve(&chain, &X_KT, &q);
-                assert!(again[0].iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6), "{robot}: {q:?}");
+                assert!(
+                    again[0].iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6),
+                    "{robot}: {q:?}"
+                );
                 for s in &again {
                     let off = X_KT.inv_mul(&chain.tool_pose(s));
                     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.imag().norm() < 1e-9);
                 }
-                let found = ik::solve(&chain, &ik::Target::Pose(X_KT), &seed, &settings, &mut rng, &mut |_| true);
-                let off = X_KT.inv_mul(&chain.tool_pose(&found.unwrap_or_else(|no| panic!("{robot}: {no:?} at {q:?}"))));
+                let found = ik::solve(&chain, &ik::Target::Pose(X_KT), &seed, &settings, &mut rng, &mut |_| {
+                    true
+                });
+                let off =
+                    X_KT.inv_mul(&chain.tool_pose(&found.unwrap_or_else(|no| panic!("{robot}: {no:?} at {q:?}"))));
                 assert!(off.translation.vector.norm() < 1e-4 && off.rotation.angle() < 1e-3);
             }
         }
