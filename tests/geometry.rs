@@ -10,6 +10,8 @@
 mod checker;
 #[path = "geometry/collide.rs"]
 mod collide;
+#[path = "geometry/collisions.rs"]
+mod collisions;
 #[path = "geometry/hull.rs"]
 mod hull;
 #[path = "geometry/ik.rs"]
