@@ -242,7 +242,6 @@ impl Space for Naive<'_> {
 pub struct Fast<'a> {
     panda: &'a Panda,
     checker: Checker,
-    lanes: Vec<[f64; LANES]>,
 }
 
 impl<'a> Fast<'a> {
@@ -264,7 +263,6 @@ impl<'a> Fast<'a> {
         Fast {
             panda,
             checker: Checker::new(&panda.rig, &X_WL, &panda.q, &[], &obstacles, &margin),
-            lanes: vec![[0.0; LANES]; panda.dofs.len()],
         }
     }
 
