@@ -168,6 +168,8 @@ kinds! {
     // Schedule.
     LinkIndex { before: usize, after: usize } = "link-index", "a link from action {before} to action {after} is not from an earlier one to a later one of the plan";
     LinkRedundant { before: usize, after: usize } = "link-redundant", "the link from {before} to {after} follows from others";
+    LinkReason { before: usize, after: usize, reason: String } = "link-reason",
+        "the link from {before} to {after} has no such reason: {reason}";
     LinkMissing { after: usize, condition: String } = "link-missing",
         "the links allow action {after} before the actions that it needs: {condition}";
     OrderMissing { before: usize, after: usize } = "order-missing",
