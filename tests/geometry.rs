@@ -8,6 +8,8 @@
 
 #[path = "geometry/checker.rs"]
 mod checker;
+#[path = "geometry/closed_form.rs"]
+mod closed_form;
 #[path = "geometry/collide.rs"]
 mod collide;
 #[path = "geometry/collisions.rs"]
@@ -20,3 +22,5 @@ mod ik;
 mod kinematics;
 #[path = "geometry/motion.rs"]
 mod motion;
+#[path = "geometry/navigation.rs"]
+mod navigation;

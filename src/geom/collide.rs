@@ -20,7 +20,7 @@ use parry3d_f64::shape::SupportMap;
 
 use super::{Pose, Vec3, hull::Hull, shape::Shape};
 
-pub use rays::ray;
+pub use rays::{Seen, ray};
 
 /// A shape prepared for queries, in its own frame S.
 #[derive(Debug, Clone, PartialEq)]

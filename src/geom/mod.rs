@@ -10,7 +10,9 @@ pub mod ik;
 pub mod kinematics;
 pub mod mesh;
 pub mod motion;
+pub mod navigation;
 pub mod shape;
+pub mod sight;
 
 /// A rigid transform; `X_AB * p_BQ` is `p_AQ`.
 pub type Pose = nalgebra::Isometry3<f64>;

@@ -6,10 +6,9 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use super::Grp;
-use super::description;
-use super::solve::Arguments;
+use super::description::Description;
 use crate::engine::{Call, GasNum, GasRef, Projection};
-use crate::geom::Pose;
+use crate::geom::{Pose, Vec3};
 use crate::ir::Domain;
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, SubAction};
 use crate::world::{Arm, Held, State};
@@ -93,17 +92,21 @@ impl Grp<'_> {
 
     /// Returns the world state that the motions lead to, or a sentence that says why they don't fit.
     fn end_of(&self, domain: &Domain, call: &Call<'_>, known: &Geometry, start: &State) -> Result<State, String> {
-        let description =
-            description::find(call.name).ok_or_else(|| format!("there is no geometric action `{}`", call.name))?;
-        let arguments = self.arguments(domain, call, description)?;
-        let Arguments {
-            agent, object, support, ..
-        } = arguments;
+        let action = super::geometric(domain, call)?;
+        if action.goes().is_some() {
+            return self.end_of_journey(domain, call, known, start);
+        }
+        let description = self.description(domain, call)?;
+        let Description { agent, object, .. } = description;
         let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
-        let on = support.map(|o| self.scene.objects[o].id.as_str());
+        let on = description.placing.map(|p| self.scene.objects[p.on].id.as_str());
         let placed = known.placement.as_ref().map(|p| p.on.as_str());
         for (what, wanted, is) in [
-            ("action", Some(description.names[0]), Some(known.action.as_str())),
+            (
+                "action",
+                Some(description.action.name.as_str()),
+                Some(known.action.as_str()),
+            ),
             ("agent", Some(body.id.as_str()), Some(known.agent.as_str())),
             ("object", Some(thing.id.as_str()), Some(known.object.as_str())),
             ("support", on, placed),
@@ -117,14 +120,67 @@ impl Grp<'_> {
         let arm = arm.ok_or_else(|| format!("{} has no arm `{}`", body.id, known.arm))?;
         let mut state = start.clone();
         for sub in &known.sub_actions {
-            self.play(sub, arguments, arm, &mut state)?;
+            self.play(sub, (agent, object), arm, &mut state)?;
+        }
+        Ok(state)
+    }
+
+    /// The same for an action that goes.
+    fn end_of_journey(
+        &self,
+        domain: &Domain,
+        call: &Call<'_>,
+        known: &Geometry,
+        start: &State,
+    ) -> Result<State, String> {
+        let action = super::geometric(domain, call)?;
+        let (agent, target) = super::navigate::goer(self.scene, domain, action, call.args)?;
+        for (what, wanted, is) in [
+            ("action", action.name.as_str(), &known.action),
+            ("agent", &self.scene.agents[agent].id, &known.agent),
+            ("target", self.scene.id(target), &known.object),
+        ] {
+            if wanted != is {
+                return Err(format!("the {what} of the earlier plan's motions is {is}"));
+            }
+        }
+        let mut state = start.clone();
+        for sub in &known.sub_actions {
+            let (Some(first), Some(last)) = (sub.trajectory.positions.first(), sub.trajectory.positions.last()) else {
+                return Err(format!("`{}` has no motion", sub.name));
+            };
+            let joints = &sub.trajectory.joints;
+            if first.len() != joints.len() || last.len() != joints.len() {
+                return Err(format!("`{}` has no value for each of its joints", sub.name));
+            }
+            let mut X_WB = state.agents[agent].X_WB;
+            if sub.motion == Motion::Base {
+                let at = |row: &[f64]| match row {
+                    [x, y, yaw] => Ok(Pose::new(Vec3::new(*x, *y, X_WB.translation.z), Vec3::z() * *yaw)),
+                    _ => Err(format!("`{}` has no x, y and yaw", sub.name)),
+                };
+                let off = at(first)?.inverse() * X_WB;
+                let is_there = off.translation.vector.norm() <= START && off.rotation.angle() <= START;
+                if !is_there {
+                    return Err(format!("`{}` does not begin where the base is", sub.name));
+                }
+                X_WB = at(last)?;
+            } else {
+                self.move_joints(sub, agent, first, last, &mut state)?;
+            }
+            state = super::navigate::moved(self.scene, &state, agent, &X_WB);
         }
         Ok(state)
     }
 
     /// Changes the state to that at the end of a sub-action.
-    fn play(&self, sub: &SubAction, arguments: Arguments, arm: usize, state: &mut State) -> Result<(), String> {
-        let Arguments { agent, object, .. } = arguments;
+    fn play(
+        &self,
+        sub: &SubAction,
+        (agent, object): (usize, usize),
+        arm: usize,
+        state: &mut State,
+    ) -> Result<(), String> {
         let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
         let rows = &sub.trajectory.positions;
         let joints = &sub.trajectory.joints;
@@ -134,20 +190,7 @@ impl Grp<'_> {
         if first.len() != joints.len() || last.len() != joints.len() {
             return Err(format!("`{}` has no value for each of its joints", sub.name));
         }
-        for ((joint, from), to) in joints.iter().zip(first).zip(last) {
-            let dof = body.tree.dofs.iter().position(|d| d.name == *joint);
-            let dof = dof.ok_or_else(|| format!("{} has no joint `{joint}`", body.id))?;
-            let now = &mut state.agents[agent].q[dof];
-            // What is no number is not where the world is either.
-            let is_there = (*now - from).abs() <= START;
-            if !is_there {
-                return Err(format!(
-                    "`{}` begins with `{joint}` at {from:.4}, and it is at {now:.4}",
-                    sub.name
-                ));
-            }
-            *now = *to;
-        }
+        self.move_joints(sub, agent, first, last, state)?;
         let X_WT = self.tool(agent, &body.arms[arm], state);
         if sub.motion != Motion::Gripper {
             for object in &mut state.objects {
@@ -179,6 +222,34 @@ impl Grp<'_> {
             about.X_WO = X_WO;
         }
         about.held = held;
+        Ok(())
+    }
+
+    /// Moves the joints of a trajectory to its end.
+    fn move_joints(
+        &self,
+        sub: &SubAction,
+        agent: usize,
+        first: &[f64],
+        last: &[f64],
+        state: &mut State,
+    ) -> Result<(), String> {
+        let body = &self.scene.agents[agent];
+        let joints = &sub.trajectory.joints;
+        for ((joint, from), to) in joints.iter().zip(first).zip(last) {
+            let dof = body.tree.dofs.iter().position(|d| d.name == *joint);
+            let dof = dof.ok_or_else(|| format!("{} has no joint `{joint}`", body.id))?;
+            let now = &mut state.agents[agent].q[dof];
+            // What is no number is not where the world is either.
+            let is_there = (*now - from).abs() <= START;
+            if !is_there {
+                return Err(format!(
+                    "`{}` begins with `{joint}` at {from:.4}, and it is at {now:.4}",
+                    sub.name
+                ));
+            }
+            *now = *to;
+        }
         Ok(())
     }
 

@@ -6,14 +6,17 @@ mod adopt;
 mod arm_space;
 mod attempt;
 mod bases;
+mod body_space;
 mod candidates;
 mod constraints;
 mod cost;
 mod description;
 mod facts;
 mod free_place;
+mod ground;
 mod key;
 mod motion;
+mod navigate;
 mod prepared;
 mod relations;
 mod requests;
@@ -23,36 +26,63 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+pub use crate::ir::geometric::APPROACH;
 pub use crate::world::FACTS;
-pub use description::{ACTIONS, APPROACH, Description};
 pub use relations::NEXT_TO;
 pub use requests::{Fact, REQUESTS};
 pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
+use crate::ir::geometric::{Change, Geometric, Space};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
 use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;
-use description::{Change, Role, Space};
+use description::Description;
+use facts::{Memory, States};
 use key::Key;
+use navigate::{Gone, Journey};
 use prepared::Prepared;
 use requests::{Answer, Question};
-use solve::{Arguments, Room, Search, Solution};
+use solve::{Room, Search, Solution};
 
 /// A solved geometric action.
 #[derive(Debug)]
 struct Solved {
-    solution: Solution,
+    solution: Outcome,
     cost: f64,
     duration: f64,
+}
+
+/// A geometric action at work: of a hand, or of a base.
+#[derive(Debug)]
+enum Work {
+    Handling(Box<Search>),
+    Going(Box<Journey>),
+}
+
+/// What either of them found.
+#[derive(Debug)]
+enum Outcome {
+    Handled(Solution),
+    Gone(Gone),
+}
+
+impl Outcome {
+    /// Returns the world state that it leads to.
+    fn end(&self) -> Option<&State> {
+        match self {
+            Outcome::Handled(solution) => solution.end(),
+            Outcome::Gone(gone) => gone.end(),
+        }
+    }
 }
 
 /// A geometric action with the solutions found so far.
 #[derive(Debug)]
 struct Gas {
-    search: Search,
+    work: Work,
     solved: Vec<Solved>,
 }
 
@@ -65,12 +95,14 @@ pub struct Grp<'a> {
     seed: u64,
     stop: Arc<AtomicBool>,
     /// World states, the current one last.
-    states: Vec<State>,
+    states: States,
     gases: Vec<Gas>,
     /// Actions of an earlier plan.
     adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
-    answers: BTreeMap<(Key, Question), Option<Answer>>,
+    memory: Memory,
+    /// All facts that can hold in some world state.
+    possible: Arc<Vec<(&'static str, EntityRef, EntityRef, Fact)>>,
     counts: Counts,
 }
 
@@ -81,17 +113,19 @@ impl<'a> Grp<'a> {
     ///
     /// A sentence, when an arm of the scene is no serial chain.
     pub fn new(world: &'a World, settings: Settings, seed: u64, stop: Arc<AtomicBool>) -> Result<Self, String> {
+        let prepared = Prepared::new(&world.scene)?;
         Ok(Grp {
             scene: &world.scene,
-            prepared: Prepared::new(&world.scene)?,
+            memory: Memory::new(&world.scene, &prepared),
+            possible: Arc::new(Self::possible_facts(&world.scene)),
+            prepared,
             settings,
             seed,
             stop,
-            states: vec![world.start.clone()],
+            states: States::new(world.start.clone()),
             gases: Vec::new(),
             adopted: Vec::new(),
             by_key: BTreeMap::new(),
-            answers: BTreeMap::new(),
             counts: Counts::default(),
         })
     }
@@ -106,47 +140,43 @@ impl<'a> Grp<'a> {
         self.ask(Question::Fact(fact)) == Some(Answer::Truth(true))
     }
 
-    /// Answers a question about the current world state, remembered by question and state.
+    /// Answers a question about the current world state. Answers are remembered with what they rest on.
     fn ask(&mut self, question: Question) -> Option<Answer> {
-        let state = self.states.last()?;
-        // What costs less than the state's fingerprint is not worth remembering.
-        let is_cheap = matches!(
-            question,
-            Question::Fact(Fact::IsOn { .. } | Fact::IsIn { .. } | Fact::IsBigger { .. } | Fact::HasInHand { .. })
-        );
-        if is_cheap {
-            return requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        }
-        let key = Key::new(self.seed).state(state);
-        if let Some(known) = self.answers.get(&(key, question)) {
-            return *known;
-        }
-        match question {
-            Question::Fact(_) => self.counts.facts += 1,
-            _ => self.counts.requests += 1,
-        }
-        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        self.answers.insert((key, question), answer);
-        answer
+        let computed = match question {
+            Question::Fact(_) => &mut self.counts.facts,
+            _ => &mut self.counts.requests,
+        };
+        let (scene, prepared, states) = (self.scene, &self.prepared, &mut self.states);
+        self.memory.ask(scene, prepared, states, self.seed, question, computed)
+    }
+
+    /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
+    /// not asked again where nothing that matters has moved.
+    pub fn observe(&mut self, state: State) {
+        self.states.push(state);
     }
 
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
     pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
-        let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
-        let entities: Vec<EntityRef> = agents
-            .chain((0..self.scene.objects.len()).map(EntityRef::Object))
-            .collect();
+        let possible = Arc::clone(&self.possible);
+        let asked = possible.iter();
+        asked
+            .map(|(name, a, b, fact)| (*name, *a, *b, self.holds(*fact)))
+            .collect()
+    }
+
+    /// Returns the facts of a scene that can hold in some world state.
+    fn possible_facts(scene: &Scene) -> Vec<(&'static str, EntityRef, EntityRef, Fact)> {
+        let agents = (0..scene.agents.len()).map(EntityRef::Agent);
+        let entities: Vec<EntityRef> = agents.chain((0..scene.objects.len()).map(EntityRef::Object)).collect();
         let mut all = Vec::new();
         for name in FACTS {
             for first in &entities {
-                for second in &entities {
-                    if first == second {
-                        continue;
-                    }
+                for second in entities.iter().filter(|second| *second != first) {
                     if let Some(fact) = Fact::of(name, *first, *second)
-                        && self.is_about_things(fact)
+                        && is_about_things(scene, fact)
                     {
-                        all.push((name, *first, *second, self.holds(fact)));
+                        all.push((name, *first, *second, fact));
                     }
                 }
             }
@@ -154,62 +184,8 @@ impl<'a> Grp<'a> {
         all
     }
 
-    /// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
-    fn is_about_things(&self, fact: Fact) -> bool {
-        let movable = |o: usize| self.scene.objects[o].movable;
-        let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
-        match fact {
-            Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
-            Fact::IsIn { a, b } => movable(a) && !self.scene.objects[b].containers.is_empty(),
-            Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
-            Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
-            Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
-            Fact::IsVisible { .. } => true,
-        }
-    }
-
-    fn scene_entity(&self, domain: &Domain, value: &Value) -> Result<EntityRef, String> {
-        let Value::Entity(e) = value else {
-            return Err(format!("{} is not an entity", domain.show(value)));
-        };
-        let name = &domain.entities[e.index()].name;
-        self.scene
-            .find(name)
-            .ok_or_else(|| format!("{name} is not in the world file"))
-    }
-
-    fn arguments(&self, domain: &Domain, call: &Call<'_>, description: &Description) -> Result<Arguments, String> {
-        if call.args.len() != description.roles.len() {
-            let (n, m) = (description.roles.len(), call.args.len());
-            return Err(format!("`{}` takes {n} arguments, not {m}", call.name));
-        }
-        let (mut agent, mut object, mut support, mut receiver) = (None, None, None, None);
-        for (role, value) in description.roles.iter().zip(call.args) {
-            match (role, self.scene_entity(domain, value)?) {
-                (Role::Agent, EntityRef::Agent(a)) => agent = Some(a),
-                (Role::Receiver, EntityRef::Agent(a)) => receiver = Some(a),
-                (Role::Object, EntityRef::Object(o)) => object = Some(o),
-                (Role::Support, EntityRef::Object(o)) => support = Some(o),
-                (Role::Agent | Role::Receiver, EntityRef::Object(_)) => {
-                    return Err(format!("{} is not an agent", domain.show(value)));
-                }
-                (Role::Object | Role::Support, EntityRef::Agent(_)) => {
-                    return Err(format!("{} is not an object", domain.show(value)));
-                }
-                (_, EntityRef::Virtual(_)) => {
-                    return Err(format!("{} is a virtual object: it is nowhere", domain.show(value)));
-                }
-            }
-        }
-        match (agent, object) {
-            (Some(agent), Some(object)) => Ok(Arguments {
-                agent,
-                object,
-                support,
-                receiver,
-            }),
-            _ => Err(format!("`{}` needs an agent and an object", call.name)),
-        }
+    fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
+        Description::new(self.scene, domain, geometric(domain, call)?, call.args)
     }
 
     /// Returns the number of the action in the current world state, started now if it was not before.
@@ -218,24 +194,20 @@ impl<'a> Grp<'a> {
             let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
             ActionRefusal::not_applicable(format!("{}({})", call.name, args.join(", ")), why)
         };
-        let Some(description) = description::find(call.name) else {
-            return Err(refuse(format!("there is no geometric action `{}`", call.name)));
-        };
-        let arguments = self.arguments(domain, call, description).map_err(refuse)?;
+        let action = geometric(domain, call).map_err(refuse)?;
+        if action.goes().is_some() {
+            return self.start_journey(domain, call, action).map_err(refuse);
+        }
+        let description = self.description(domain, call).map_err(refuse)?;
         let state = self
             .states
             .last()
             .cloned()
             .ok_or_else(|| refuse("there is no world state".into()))?;
-        let mut key = Key::new(self.seed).text(description.names[0]);
-        let Arguments {
-            agent,
-            object,
-            support,
-            receiver,
-        } = arguments;
-        for index in [Some(agent), Some(object), support, receiver] {
-            key = key.number(index.map_or(0, |i| i as u64 + 1));
+        let mut key = Key::new(self.seed).text(&description.action.name);
+        // As many as most actions have: a shorter list is filled up.
+        for at in 0..description.entities.len().max(4) {
+            key = key.number(description.number_of(at));
         }
         let key = key.state(&state);
         let constraints = Constraints::new(self.scene, domain, call.constraints);
@@ -257,9 +229,9 @@ impl<'a> Grp<'a> {
             seed: self.seed,
             stop: &self.stop,
         };
-        let search = Search::new(&room, description, arguments, constraints, state, key);
+        let search = Search::new(&room, description, constraints, state, key);
         self.gases.push(Gas {
-            search,
+            work: Work::Handling(Box::new(search)),
             solved: Vec::new(),
         });
         self.by_key.insert(searched, gas);
@@ -281,12 +253,24 @@ impl<'a> Grp<'a> {
             return Err(ActionRefusal::not_applicable(String::new(), why.to_owned()));
         };
         while entry.solved.len() <= alternative as usize {
-            let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
-                return Err(entry.search.refusal(&room));
+            let (solution, parts, duration) = match &mut entry.work {
+                Work::Handling(search) => {
+                    let Some(solution) = search.next_solution(&room, &mut self.counts) else {
+                        return Err(search.refusal(&room));
+                    };
+                    let parts = cost::parts(scene, prepared, &solution, search.description.agent);
+                    let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
+                    (Outcome::Handled(solution), parts, duration)
+                }
+                Work::Going(journey) => {
+                    let Some(gone) = journey.next_solution(&room, &mut self.counts) else {
+                        return Err(journey.refusal(&room));
+                    };
+                    let (parts, duration) = (gone.parts.clone(), gone.duration());
+                    (Outcome::Gone(gone), parts, duration)
+                }
             };
-            let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);
             let cost = parts.values().sum();
-            let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
             entry.solved.push(Solved {
                 solution,
                 cost,
@@ -310,8 +294,20 @@ impl<'a> Grp<'a> {
             return Some(adopted.geometry().clone());
         }
         let entry = self.gases.get(gas.gas.0 as usize)?;
-        let solution = &entry.solved.get(gas.alternative as usize)?.solution;
-        let Arguments { agent, object, .. } = entry.search.arguments;
+        let number = gas.gas.0.saturating_add(self.first_number());
+        let (search, solution) = match (&entry.work, &entry.solved.get(gas.alternative as usize)?.solution) {
+            (Work::Handling(search), Outcome::Handled(solution)) => (search, solution),
+            (Work::Going(journey), Outcome::Gone(gone)) => {
+                return Some(journey.document(self.scene, gone, (number, gas.alternative)));
+            }
+            (Work::Handling(_), Outcome::Gone(_)) | (Work::Going(_), Outcome::Handled(_)) => return None,
+        };
+        let Description {
+            agent,
+            object,
+            ref action,
+            ..
+        } = search.description;
         let body = &self.scene.agents[agent];
         let arm = &body.arms[solution.candidate.arm];
         let thing = &self.scene.objects[object];
@@ -320,29 +316,33 @@ impl<'a> Grp<'a> {
             .iter()
             .map(|(stage, timed)| {
                 let chain = &self.prepared.agents[agent].arms[solution.candidate.arm].chain;
-                let dofs: Vec<usize> = match stage.sub_action.space {
-                    Space::Gripper => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
-                    Space::Arm | Space::ArmStraight => chain.dof_indices().to_vec(),
+                let sub_action = &action.sub_actions[stage.sub_action];
+                let dofs: Vec<usize> = match sub_action.space {
+                    Space::Gripper(_) => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
+                    Space::Arm(_) | Space::ArmStraight(_) => chain.dof_indices().to_vec(),
+                    Space::Body(_) | Space::Base(_) => Vec::new(),
                 };
                 let after = &stage.end.objects[object];
                 SubAction {
-                    name: stage.sub_action.name.to_owned(),
-                    motion: match stage.sub_action.space {
-                        Space::Arm => Motion::Free,
-                        Space::ArmStraight => Motion::Straight,
-                        Space::Gripper => Motion::Gripper,
+                    name: sub_action.name.clone(),
+                    motion: match sub_action.space {
+                        Space::Arm(_) => Motion::Free,
+                        Space::Body(_) => Motion::Posture,
+                        Space::Base(_) => Motion::Base,
+                        Space::ArmStraight(_) => Motion::Straight,
+                        Space::Gripper(_) => Motion::Gripper,
                     },
                     trajectory: Trajectory {
                         joints: dofs.iter().map(|d| body.tree.dofs[*d].name.clone()).collect(),
                         times: timed.times.clone(),
                         positions: timed.positions.clone(),
                     },
-                    change: stage.sub_action.change.map(|change| match (change, &after.held) {
-                        (Change::Attach, Some(held)) => AttachmentChange::Attach {
+                    change: sub_action.change.map(|change| match (change, &after.held) {
+                        (Change::Attach(_), Some(held)) => AttachmentChange::Attach {
                             object: thing.id.clone(),
                             object_in_tool: held.X_TO.into(),
                         },
-                        (Change::Attach | Change::Detach, _) => AttachmentChange::Detach {
+                        (Change::Attach(_) | Change::Detach(_), _) => AttachmentChange::Detach {
                             object: thing.id.clone(),
                             object_in_world: after.X_WO.into(),
                         },
@@ -360,18 +360,40 @@ impl<'a> Grp<'a> {
             pose: p.X_WO.into(),
         });
         Some(Geometry {
-            action: entry.search.description.names[0].to_owned(),
-            gas: gas.gas.0.saturating_add(self.first_number()),
+            action: action.name.clone(),
+            gas: number,
             alternative: gas.alternative,
             agent: body.id.clone(),
             arm: arm.name.clone(),
             object: thing.id.clone(),
             grasp: solution.candidate.grasp.clone(),
+            stand: None,
             placement,
             cost_parts: cost::parts(self.scene, &self.prepared, solution, agent),
             sub_actions,
         })
     }
+}
+
+/// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
+fn is_about_things(scene: &Scene, fact: Fact) -> bool {
+    let movable = |o: usize| scene.objects[o].movable;
+    let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
+    match fact {
+        Fact::IsOn { a, b } => movable(a) && !scene.objects[b].supports.is_empty(),
+        Fact::IsIn { a, b } => movable(a) && !scene.objects[b].containers.is_empty(),
+        Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
+        Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
+        Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
+        Fact::IsVisible { .. } => true,
+    }
+}
+
+/// Returns the geometric action that a call names.
+fn geometric<'d>(domain: &'d Domain, call: &Call<'_>) -> Result<&'d Arc<Geometric>, String> {
+    domain
+        .geometric(call.name)
+        .ok_or_else(|| format!("there is no geometric action `{}`", call.name))
 }
 
 impl Reasoner for Grp<'_> {
@@ -428,7 +450,7 @@ impl Reasoner for Grp<'_> {
                 continue;
             }
             if let Some(fact) = Fact::of(name, first, second)
-                && self.is_about_things(fact)
+                && is_about_things(self.scene, fact)
                 && self.holds(fact)
             {
                 if !description.is_set {

@@ -236,6 +236,62 @@ pub fn domain(choices: &[u16], loops: bool) -> Domain {
     }
 }
 
+/// Several tasks in a row that know nothing of each other, with choices inside, and then actions that may fail: what a search
+/// may jump back over.
+pub fn row(choices: &[u16]) -> Domain {
+    let mut domain = domain(choices, false);
+    let mut reversed: Vec<u16> = choices.to_vec();
+    reversed.reverse();
+    let c = &mut Choices(reversed.iter());
+    let n = 3 + c.below(2);
+    let subtasks = (0..n).map(|label| Subtask {
+        agent: agent(c),
+        object: Object::Const(c.below(3)),
+        call: match label + 1 == n || c.is(5) {
+            true => Ok(c.below(N_ACTIONS)),
+            false => Err((1 + c.below(N_METHODS - 1), Level::Same, SetArg::Same)),
+        },
+        after: (label > 0).then(|| label - 1).into_iter().collect(),
+    });
+    domain.methods[0] = Method {
+        goal: None,
+        decompositions: vec![Decomposition {
+            before: Vec::new(),
+            binders: Vec::new(),
+            subtasks: subtasks.collect(),
+        }],
+    };
+    // Two tasks that choose, each of which changes one attribute, and a last action that fails often.
+    for action in 0..2 {
+        let sure = "O".to_owned();
+        domain.actions[action].effects = vec![match (action, c.below(2)) {
+            (0, 0) => Effect::Use(sure, agent(c), c.is(2)),
+            (0, _) => Effect::Done(sure, c.is(2)),
+            (_, 0) => Effect::Hold(agent(c), Some(Object::Var(sure))),
+            _ => Effect::Next(sure, Some(Object::Const(c.below(3)))),
+        }];
+        let mut inner = of_task(true);
+        inner.sure.push("S".into());
+        domain.methods[1 + action].goal = None;
+        domain.methods[1 + action].decompositions[0] = Decomposition {
+            before: Vec::new(),
+            binders: vec![Binder::Select("S".into(), tests(&inner, c, 1))],
+            subtasks: vec![Subtask {
+                agent: "A".into(),
+                object: Object::Var("S".into()),
+                call: Ok(action),
+                after: Vec::new(),
+            }],
+        };
+    }
+    let last = 2 + c.below(N_ACTIONS - 2);
+    if let Some(subtask) = domain.methods[0].decompositions[0].subtasks.last_mut() {
+        subtask.call = Ok(last);
+    }
+    domain.actions[last].before = (0..1 + c.below(2)).map(|_| test(&of_task(false), c)).collect();
+    domain
+}
+
 fn path(o: &Object) -> String {
     match o {
         Object::Var(v) => v.clone(),
