@@ -28,7 +28,7 @@ pub struct Model {
     pub base_limits: Limits,
 }
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "urdf",
     "srdf",
     "packages",
