@@ -282,7 +282,7 @@ fn at(
             let along = stable.footprint.iter().map(|p| p[axis]);
             along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
         };
-        let fits = side(0).max(side(1)) <= 2.0 * half[0].max(half[1]);
+        let fits = side(0).max(side(1)) <= 10.0 * half[0].max(half[1]);
         problems.push(
             Problem::error(
                 "world::off-support",
