@@ -14,11 +14,9 @@ mod arm;
 
 use std::time::Instant;
 
-use arm::{Fast, Panda, Problem, panda, problems};
+use arm::{Fast, Panda, Problem, RESOLUTION, SEARCH, panda, problems, search, simplify};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use sgap::geom::motion::rrt_connect::rrt_connect;
-use sgap::geom::motion::shortcut::shortcut;
 use sgap::geom::motion::{Path, length};
 
 /// Runs of which the fastest counts.
@@ -60,19 +58,29 @@ fn solve(panda: &Panda, problem: &Problem, seed: u64) -> Took {
     for _ in 0..RUNS {
         let mut space = Fast::new(panda, problem);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let start = Instant::now();
-        let found = rrt_connect(&mut space, &problem.start, &problem.goal, &arm::SEARCH, &mut rng);
-        let planned = Instant::now();
-        let Ok(found) = found else {
-            panic!("{} is not solved with seed {seed}: {found:?}", problem.name)
+        let mut took = Took {
+            planning: 0.0,
+            simplification: 0.0,
+            length: 0.0,
+            checks: 0,
         };
-        let path = shortcut(&mut space, found, &arm::SHORTCUT, &mut rng);
-        let took = Took {
-            planning: 1e3 * (planned - start).as_secs_f64(),
-            simplification: 1e3 * planned.elapsed().as_secs_f64(),
-            length: path_length(&path),
-            checks: space.checks(),
-        };
+        let mut solved = false;
+        for resolution in [SEARCH, RESOLUTION] {
+            let start = Instant::now();
+            let found = search(&mut space, problem, resolution, &mut rng);
+            took.planning += 1e3 * start.elapsed().as_secs_f64();
+            let Ok(found) = found else { break };
+            let start = Instant::now();
+            let (path, is_free) = simplify(&mut space, found, resolution, &mut rng);
+            took.simplification += 1e3 * start.elapsed().as_secs_f64();
+            took.length = path_length(&path);
+            solved = is_free;
+            if is_free {
+                break;
+            }
+        }
+        assert!(solved, "{} is not solved with seed {seed}", problem.name);
+        took.checks = space.checks();
         best = Some(best.map_or(took, |b| Took {
             planning: b.planning.min(took.planning),
             simplification: b.simplification.min(took.simplification),

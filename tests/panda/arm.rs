@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use sgap::geom::checker::{Body, Checker, Item, LANES, Obstacle, Rig};
 use sgap::geom::collide::{Solid, touch};
 use sgap::geom::cover::Form;
 use sgap::geom::kinematics::{Dof, Tree};
-use sgap::geom::motion::{Space, rrt_connect, shortcut};
+use sgap::geom::motion::rrt_connect::{self, NoPath};
+use sgap::geom::motion::{Path, Space, edge_is_free, shortcut};
 use sgap::geom::shape::Shape;
 use sgap::geom::{Pose, Vec3};
 use sgap::source::{Files, Sources};
@@ -240,7 +242,6 @@ impl Space for Naive<'_> {
 pub struct Fast<'a> {
     panda: &'a Panda,
     checker: Checker,
-    lanes: Vec<[f64; LANES]>,
 }
 
 impl<'a> Fast<'a> {
@@ -262,7 +263,6 @@ impl<'a> Fast<'a> {
         Fast {
             panda,
             checker: Checker::new(&panda.rig, &X_WL, &panda.q, &[], &obstacles, &margin),
-            lanes: vec![[0.0; LANES]; panda.dofs.len()],
         }
     }
 
@@ -281,27 +281,31 @@ impl Space for Fast<'_> {
     }
 
     fn all_free(&mut self, qs: &[f64]) -> bool {
-        let dim = self.lanes.len();
-        qs.chunks(LANES * dim).all(|eight| {
-            let n = eight.len() / dim;
-            for (j, lanes) in self.lanes.iter_mut().enumerate() {
-                // Places that are left over repeat the first.
-                *lanes = std::array::from_fn(|k| eight[if k < n { k } else { 0 } * dim + j]);
-            }
-            self.checker.all_free(&self.lanes)
-        })
+        self.checker.all_free(qs)
     }
 }
 
-/// How the bench and the test search.
-pub const SEARCH: rrt_connect::Settings = rrt_connect::Settings {
-    step: 1.0,
-    resolution: 1.0 / 32.0,
-    max_samples: 100_000,
-};
+/// Spacing of the checks while a path is searched; what is found is checked again at the other one [rad].
+pub const SEARCH: f64 = 1.0 / 32.0;
+pub const RESOLUTION: f64 = 1.0 / 64.0;
 
-/// And simplify.
-pub const SHORTCUT: shortcut::Settings = shortcut::Settings {
-    rounds: 100,
-    resolution: 1.0 / 32.0,
-};
+/// Searches a path that is free at a spacing.
+pub fn search(space: &mut dyn Space, problem: &Problem, resolution: f64, rng: &mut ChaCha8Rng) -> Result<Path, NoPath> {
+    let settings = rrt_connect::Settings {
+        step: 1.0,
+        resolution,
+        max_samples: 100_000,
+    };
+    rrt_connect::rrt_connect(space, &problem.start, &problem.goal, &settings, rng)
+}
+
+/// Makes a path shorter; says whether it is free at [`RESOLUTION`].
+pub fn simplify(space: &mut dyn Space, path: Path, resolution: f64, rng: &mut ChaCha8Rng) -> (Path, bool) {
+    let settings = shortcut::Settings {
+        rounds: 100,
+        resolution,
+    };
+    let path = shortcut::shortcut(space, path, &settings, rng);
+    let is_free = path.windows(2).all(|e| edge_is_free(space, &e[0], &e[1], RESOLUTION));
+    (path, is_free)
+}
