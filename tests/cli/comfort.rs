@@ -56,7 +56,11 @@ fn the_schema_kept_in_the_docs_is_the_one_printed() {
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(kept, &printed).unwrap();
     }
-    assert_eq!(std::fs::read_to_string(kept).unwrap(), printed, "UPDATE_DOCS=1 writes it anew");
+    assert_eq!(
+        std::fs::read_to_string(kept).unwrap(),
+        printed,
+        "UPDATE_DOCS=1 writes it anew"
+    );
 }
 
 #[test]
