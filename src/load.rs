@@ -182,7 +182,9 @@ fn sure(read: &DomainFiles, given: Option<&Given>) -> Vec<Problem> {
 fn may_declare(unread: &Unread, code: &str) -> bool {
     match code {
         "hatp::unknown-task" => unread.tasks || unread.anything,
-        "hatp::unknown-function" | "hatp::unknown-fact" => unread.functions || unread.anything,
+        "hatp::unknown-function" | "hatp::unknown-fact" | "hatp::unknown-geometric" => {
+            unread.functions || unread.anything
+        }
         _ => unread.anything && code.split("::").any(|name| name.starts_with("unknown")),
     }
 }
@@ -216,6 +218,7 @@ fn given(world: &World, task: Option<&str>) -> Given {
             attribute: v.attribute.clone(),
             values: v.values.iter().map(literal).collect(),
             is_list: v.is_list,
+            is_implied: v.is_implied,
             span: v.span,
         })
         .collect();

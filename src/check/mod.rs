@@ -12,6 +12,7 @@ mod beliefs;
 mod expr;
 mod facts;
 mod functions;
+mod geometrics;
 mod goal;
 mod initial;
 mod kinds;
@@ -25,6 +26,7 @@ mod settings;
 mod social;
 mod tasks;
 mod test;
+mod words;
 
 pub use goal::parse_goal;
 
@@ -71,6 +73,8 @@ pub struct GivenValue {
     pub values: Vec<GivenLiteral>,
     /// Whether the file wrote an array.
     pub is_list: bool,
+    /// Whether it is left out where the domain declares no such attribute.
+    pub is_implied: bool,
     pub span: Span,
 }
 
@@ -103,6 +107,7 @@ pub fn compile(files: &[ast::File], given: &Given) -> (Option<ir::Domain>, Probl
     names.share_given(given, &mut problems);
     let functions = functions::compile(&items, &mut names, &mut problems);
     facts::compile(&items, &mut names, &functions, &mut problems);
+    geometrics::compile(&items, &mut names, &mut problems);
     settings::fill(&items, &mut names, &mut problems);
     social::fill(&items, &mut names, &functions, &mut problems);
     beliefs::compile(&items, &mut names, &functions, &mut problems);
@@ -142,11 +147,6 @@ fn unsupported(item: &ast::Item) -> Option<Problem> {
             let message = "a domain can't define requests";
             let help = "use those of the prelude, or a `fact` with a body";
             Some(problems::not_supported(message, r.name.span, help))
-        }
-        ast::Item::Geometric(g) if !builtin(g.span) => {
-            let message = "a domain can't define geometric actions yet";
-            let help = "use those of the prelude: `pick`, `place`, `placeReachable`";
-            Some(problems::not_supported(message, g.name.span, help))
         }
         ast::Item::Fact(f) if f.body.is_none() && !builtin(f.span) => {
             let message = format!(

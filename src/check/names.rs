@@ -331,9 +331,15 @@ impl Names {
                     let question = self.ask_geometry(&request.name.text, signature, base);
                     self.requests.insert(request.name.text.clone(), question);
                 }
-                Item::Geometric(g) if g.span.file == PRELUDE => {
-                    let signature = self.signature(&g.params, g.name.span, problems);
-                    self.geometrics.insert(g.name.text.clone(), signature);
+                Item::Geometric(g) => {
+                    let signature = self.signature_with(&g.params, g.name.span, true, problems);
+                    let first = self.geometrics.get(&g.name.text).map(|s| s.span);
+                    if first.is_some() {
+                        let what = "geometric action";
+                        problems.push(problems::duplicate(what, &g.name.text, g.name.span, first));
+                    } else {
+                        self.geometrics.insert(g.name.text.clone(), signature);
+                    }
                 }
                 _ => {}
             }

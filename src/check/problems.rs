@@ -295,6 +295,68 @@ pub(super) fn recursive(name: &Name) -> Problem {
         .help("functions are written out where they are called; recursion belongs in methods")
 }
 
+pub(super) fn endless_geometric(name: &Name) -> Problem {
+    let message = format!("geometric action `{}` takes over itself", name.text);
+    Problem::error("hatp::recursive-function", message, name.span, "would never end")
+        .help("an action is written out where another one takes it over; recursion belongs in methods")
+}
+
+pub(super) fn geometric_without_body(name: &Name) -> Problem {
+    let message = format!("nothing says how geometric action `{}` is done", name.text);
+    not_supported(
+        message,
+        name.span,
+        "write its choices and sub-actions in braces: `{ exists hand in arms(A); ... }`",
+    )
+}
+
+/// What is wrong with a sub-action although every word of it is known.
+pub(super) fn bad_sub_action(
+    message: String,
+    span: Span,
+    label: impl Into<String>,
+    help: impl Into<String>,
+) -> Problem {
+    Problem::error("hatp::bad-sub-action", message, span, label).help(help)
+}
+
+pub(super) fn unused_choice(name: &Name) -> Problem {
+    let message = format!("choice `{}` is never used", name.text);
+    Problem::warning("hatp::unused-variable", message, name.span, "chosen here")
+        .help("every value of it gives the same motions again; remove it")
+}
+
+/// `known` are the parameters and choices.
+pub(super) fn unknown_in_geometric(name: &Name, known: Vec<String>) -> Problem {
+    let known = known.iter().map(String::as_str);
+    unknown(
+        "hatp::unknown-name",
+        "parameter or choice",
+        &name.text,
+        name.span,
+        known,
+    )
+}
+
+/// `what` is where the word stands; the last of the arguments may be left out.
+pub(super) fn wrong_words_count(what: &str, name: &Name, wanted: &[String], least: usize, found: usize) -> Problem {
+    let n = wanted.len();
+    let count = if least == n {
+        n.to_string()
+    } else {
+        format!("{least} or {n}")
+    };
+    let plural = if n == 1 { "argument" } else { "arguments" };
+    let message = format!("{what} `{}` takes {count} {plural}, found {found}", name.text);
+    Problem::error(
+        "hatp::wrong-count",
+        message,
+        name.span,
+        format!("{count} {plural} wanted"),
+    )
+    .help(format!("write `{}({})`", name.text, wanted.join(", ")))
+}
+
 pub(super) fn too_large(why: TooLarge, span: Span) -> Option<Problem> {
     let message = match why {
         TooLarge::Expression => "this expression is too large when its functions are written out",

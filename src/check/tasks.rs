@@ -129,7 +129,8 @@ fn clause_word(clause: &Clause) -> (&'static str, Span) {
 }
 
 impl Walk<'_> {
-    fn projection(&mut self, call: &ast::Call) -> Option<ir::Projection> {
+    fn projection(&mut self, source: &ast::GeometricCall) -> Option<ir::Projection> {
+        let call = &source.call;
         let name = &call.name;
         let Some(signature) = self.names.geometrics.get(&name.text).cloned() else {
             let candidates = self.names.geometrics.keys().map(String::as_str);

@@ -2,12 +2,15 @@
 //!
 //! Poses in monogram notation (`docs/notation.md`): `X_AB` is the pose of frame B in frame A. Metres, radians, seconds.
 
+pub mod checker;
 pub mod collide;
+pub mod cover;
 pub mod hull;
 pub mod ik;
 pub mod kinematics;
 pub mod mesh;
 pub mod motion;
+pub mod navigation;
 pub mod shape;
 pub mod sight;
 

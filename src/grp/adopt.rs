@@ -6,8 +6,7 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use super::Grp;
-use super::description;
-use super::solve::Arguments;
+use super::description::Description;
 use crate::engine::{Call, GasNum, GasRef, Projection};
 use crate::geom::Pose;
 use crate::ir::Domain;
@@ -93,17 +92,17 @@ impl Grp<'_> {
 
     /// Returns the world state that the motions lead to, or a sentence that says why they don't fit.
     fn end_of(&self, domain: &Domain, call: &Call<'_>, known: &Geometry, start: &State) -> Result<State, String> {
-        let description =
-            description::find(call.name).ok_or_else(|| format!("there is no geometric action `{}`", call.name))?;
-        let arguments = self.arguments(domain, call, description)?;
-        let Arguments {
-            agent, object, support, ..
-        } = arguments;
+        let description = self.description(domain, call)?;
+        let Description { agent, object, .. } = description;
         let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
-        let on = support.map(|o| self.scene.objects[o].id.as_str());
+        let on = description.placing.map(|p| self.scene.objects[p.on].id.as_str());
         let placed = known.placement.as_ref().map(|p| p.on.as_str());
         for (what, wanted, is) in [
-            ("action", Some(description.names[0]), Some(known.action.as_str())),
+            (
+                "action",
+                Some(description.action.name.as_str()),
+                Some(known.action.as_str()),
+            ),
             ("agent", Some(body.id.as_str()), Some(known.agent.as_str())),
             ("object", Some(thing.id.as_str()), Some(known.object.as_str())),
             ("support", on, placed),
@@ -117,14 +116,19 @@ impl Grp<'_> {
         let arm = arm.ok_or_else(|| format!("{} has no arm `{}`", body.id, known.arm))?;
         let mut state = start.clone();
         for sub in &known.sub_actions {
-            self.play(sub, arguments, arm, &mut state)?;
+            self.play(sub, (agent, object), arm, &mut state)?;
         }
         Ok(state)
     }
 
     /// Changes the state to that at the end of a sub-action.
-    fn play(&self, sub: &SubAction, arguments: Arguments, arm: usize, state: &mut State) -> Result<(), String> {
-        let Arguments { agent, object, .. } = arguments;
+    fn play(
+        &self,
+        sub: &SubAction,
+        (agent, object): (usize, usize),
+        arm: usize,
+        state: &mut State,
+    ) -> Result<(), String> {
         let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
         let rows = &sub.trajectory.positions;
         let joints = &sub.trajectory.joints;

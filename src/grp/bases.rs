@@ -1,32 +1,31 @@
 //! Where an agent's base can stand and go: the requests `enoughRoom` and `pathExists` (thesis 4.4.1).
 //!
-//! The agent goes as it is: its joints, and what it holds, stay as they are. Real shapes against everything else; a cylinder
-//! about the whole agent answers first where there is room for it. Paths are searched on a grid (A*: Hart, Nilsson, Raphael
-//! 1968, doi:10.1109/TSSC.1968.300136) over places [`STEP`] apart and eight headings. Not here: human comfort along the
-//! path, arms that draw in before they go, steps and slopes.
+//! The agent goes as it is: its joints, and what it holds, stay as they are. Real shapes against everything else. Paths are those of
+//! `geom::navigation`, on places [`STEP`] apart, any one that leads there. Not here: human comfort along the path and arms that draw in before
+//! they go (`navigate`), steps and slopes.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::collections::BTreeSet;
+use std::f64::consts::FRAC_PI_4;
 
 use nalgebra::RealField;
 
 use super::facts;
 use super::free_place::wide;
-use super::prepared::{Owner, Placed, Prepared, link_poses, overlap, place_all};
+use super::ground::{Ground, People};
+use super::prepared::{MARGIN, Owner, Placed, Prepared, link_poses, overlap, place_all};
 use crate::geom::collide::{Solid, distance};
+use crate::geom::navigation::grid::Grid;
+use crate::geom::navigation::search::{Arrival, Goal, Settings, search};
+use crate::geom::navigation::{Place, direction};
 use crate::geom::shape::Shape;
 use crate::geom::{Pose, Vec3};
 use crate::world::{BaseKind, EntityRef, Scene, State};
 
 /// Distance of neighbouring places of the grid [m]; headings are 45 degrees apart.
 pub(super) const STEP: f64 = 0.1;
-/// Checks along a move from one place to the next: 2.5 cm; along a turn: 2.8 degrees.
-const CHECKS_ALONG: u32 = 4;
-const CHECKS_TURNING: u32 = 16;
 /// Places and headings looked at before a search gives up.
-const MAX_NODES: u32 = 20_000;
+const MAX_NODES: usize = 20_000;
 const MAX_STANDS: usize = 4_000;
 /// HEURISTIC: arms seldom reach farther than the first share of the sum of their links, and mostly as far as the second: a stand is
 /// asked for within the one, and the search goes for the other.
@@ -45,29 +44,37 @@ const TOUCH: f64 = 0.001;
 /// How much more the way that is left counts than the way that was gone: any path will do, not the shortest (weighted A*: Pohl
 /// 1970, doi:10.1016/0004-3702(70)90007-X).
 const GREED: f64 = 3.0;
-/// Half of the longest move [m].
-const SPARE: f64 = STEP * std::f64::consts::FRAC_1_SQRT_2;
 /// What lengths may be off by [m].
 const ROUNDING: f64 = 1e-9;
-/// Cost of a turn by 45 degrees, in metres.
-const TURN: f64 = 0.05;
+/// A body of the agent, or of what it holds.
+pub(super) struct Own {
+    pub owner: Owner,
+    pub shape: Shape,
+    pub exact: Solid,
+    /// By [`TOUCH`], and by [`MARGIN`].
+    pub shrunk: Solid,
+    pub grown: Solid,
+    pub X_BS: Pose,
+}
 
 /// The question at hand: who goes, and among what.
 pub(super) struct Bases<'a> {
-    scene: &'a Scene,
+    pub scene: &'a Scene,
     prepared: &'a Prepared,
-    state: &'a State,
-    agent: usize,
+    pub state: &'a State,
+    pub agent: usize,
     seed: u64,
-    /// The agent's bodies and those of what it holds, largest first: X_BS.
-    own: Vec<(Solid, Pose)>,
-    /// A cylinder about them all, upright on the base frame, and its middle's height [m].
-    around: Solid,
-    radius: f64,
-    middle: f64,
-    others: Vec<Placed<'a>>,
+    /// The agent's bodies and those of what it holds, largest first.
+    pub own: Vec<Own>,
+    /// How far they reach from the base's axis, and from where to where above its floor [m].
+    pub radius: f64,
+    low: f64,
+    high: f64,
+    pub others: Vec<Placed<'a>>,
     /// Those of `others` that are at the agent's height: their position there, and a box around them on the floor.
     in_the_way: Vec<(usize, Footprint)>,
+    /// By position in `others`.
+    footprints: Vec<Footprint>,
 }
 
 /// A rectangle on the floor, its sides along x and y: middle and half sides [m].
@@ -91,41 +98,49 @@ impl<'a> Bases<'a> {
         let X_WL = link_poses(scene, state);
         let X_BW = state.agents[agent].X_WB.inverse();
         let holds = |o: usize| state.objects[o].held.as_ref().is_some_and(|h| h.agent == agent);
-        let mut shapes: Vec<(&Shape, Pose)> = Vec::new();
+        let mut shapes: Vec<(Owner, &Shape, Pose)> = Vec::new();
         for body in &scene.agents[agent].bodies {
-            shapes.push((&body.shape, X_BW * X_WL[agent][body.link] * body.X_LS));
+            let owner = Owner::Link { agent, link: body.link };
+            shapes.push((owner, &body.shape, X_BW * X_WL[agent][body.link] * body.X_LS));
         }
         for (o, object) in scene.objects.iter().enumerate().filter(|(o, _)| holds(*o)) {
             let parts = object.parts.iter();
-            shapes.extend(parts.map(|p| (&p.shape, X_BW * state.objects[o].X_WO * p.X_OS)));
+            shapes.extend(parts.map(|p| (Owner::Object(o), &p.shape, X_BW * state.objects[o].X_WO * p.X_OS)));
         }
         let (mut radius, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
-        for (shape, X_BS) in &shapes {
-            let (p, r) = (X_BS.translation.vector, shape.bounding_radius());
-            radius = radius.max(wide(shape, X_BS));
-            (low, high) = (low.min(p.z - r), high.max(p.z + r));
+        let mut own = Vec::with_capacity(shapes.len());
+        for (owner, shape, X_BS) in shapes {
+            radius = radius.max(wide(shape, &X_BS));
+            let exact = Solid::new(shape);
+            let (z, half) = (X_BS.translation.z, exact.half_extent(&X_BS).z);
+            (low, high) = (low.min(z - half), high.max(z + half));
+            own.push(Own {
+                owner,
+                shape: shape.clone(),
+                shrunk: Solid::padded(shape, -TOUCH),
+                grown: Solid::padded(shape, MARGIN),
+                exact,
+                X_BS,
+            });
         }
-        let mut own: Vec<(Solid, Pose)> = shapes.iter().map(|(s, X)| (Solid::padded(s, -TOUCH), *X)).collect();
-        own.sort_by(|a, b| b.0.radius().total_cmp(&a.0.radius()));
-        let half_length = ((high - low) / 2.0).max(0.0);
-        let around = Shape::Cylinder { radius, half_length };
+        own.sort_by(|a, b| b.exact.radius().total_cmp(&a.exact.radius()));
         let others = place_all(prepared, state, &X_WL, &|owner| match owner {
             Owner::Link { agent: a, .. } => a == agent,
             Owner::Object(o) => holds(o),
         });
         let z = state.agents[agent].X_WB.translation.z;
-        let in_the_way = others.iter().enumerate().filter_map(|(i, b)| {
+        let (mut footprints, mut in_the_way) = (Vec::with_capacity(others.len()), Vec::new());
+        for (i, b) in others.iter().enumerate() {
             let (p, half) = (b.X_WS.translation.vector, b.solid.half_extent(&b.X_WS));
-            let is_level = p.z - half.z <= z + high + ROUNDING && p.z + half.z >= z + low - ROUNDING;
-            is_level.then_some((
-                i,
-                Footprint {
-                    middle: [p.x, p.y],
-                    half: [half.x, half.y],
-                },
-            ))
-        });
-        let in_the_way = in_the_way.collect();
+            let footprint = Footprint {
+                middle: [p.x, p.y],
+                half: [half.x, half.y],
+            };
+            footprints.push(footprint);
+            if p.z - half.z <= z + high + MARGIN && p.z + half.z >= z + low - MARGIN {
+                in_the_way.push((i, footprint));
+            }
+        }
         Bases {
             scene,
             prepared,
@@ -133,54 +148,102 @@ impl<'a> Bases<'a> {
             agent,
             seed,
             own,
-            // Half of the longest move, so that what is free at both ends is free on the way.
-            around: Solid::padded(&around, SPARE),
             radius,
-            middle: (high + low) / 2.0,
+            low,
+            high,
             others,
             in_the_way,
+            footprints,
         }
     }
 
-    /// Returns what can touch the agent with its base at `X_WB`, or come as near to it as `spare` [m].
-    fn near(&self, X_WB: &Pose, spare: f64) -> impl Iterator<Item = &(usize, Footprint)> {
+    /// Returns X_WB as it is.
+    pub(super) fn here(&self) -> Pose {
+        self.state.agents[self.agent].X_WB
+    }
+
+    /// Returns from where to where above its floor the agent reaches [m].
+    pub(super) fn heights(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
+    /// Returns the height of its middle above its floor [m].
+    pub(super) fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Returns an upright cylinder about it, whose middle is at that height on the base's axis.
+    pub(super) fn cylinder(&self) -> Shape {
+        Shape::Cylinder {
+            radius: self.radius,
+            half_length: (0.5 * (self.high - self.low)).max(0.0),
+        }
+    }
+
+    /// Returns the positions of what can touch the agent with its base at `X_WB`, or come as near to it as `spare` [m].
+    pub(super) fn near(&self, X_WB: &Pose, spare: f64) -> Vec<usize> {
         let (x, y) = (X_WB.translation.x, X_WB.translation.y);
         let reach = self.radius + spare + ROUNDING;
-        self.in_the_way.iter().filter(move |(_, f)| f.is_within(reach, x, y))
+        let near = self.in_the_way.iter().filter(|(_, f)| f.is_within(reach, x, y));
+        near.map(|(i, _)| *i).collect()
     }
 
-    /// Says whether the cylinder about the agent is free there, with half a step to spare.
-    fn is_roomy(&self, X_WB: &Pose) -> bool {
-        let X_WS = X_WB * Pose::translation(0.0, 0.0, self.middle);
-        !self
-            .near(X_WB, SPARE)
-            .map(|(i, _)| &self.others[*i])
-            .any(|b| overlap(&self.around, &X_WS, b.solid, &b.X_WS))
+    /// Says whether a solid there can touch one of the others, by a box around that on the floor.
+    pub(super) fn may_meet(&self, other: usize, solid: &Solid, X_WS: &Pose) -> bool {
+        let (x, y) = (X_WS.translation.x, X_WS.translation.y);
+        self.footprints[other].is_within(solid.radius() + ROUNDING, x, y)
     }
 
-    /// Says whether the agent's shapes are free there.
+    /// Says whether the agent's shapes are free there, but for a touch.
     fn is_free(&self, X_WB: &Pose) -> bool {
-        let near: Vec<&(usize, Footprint)> = self.near(X_WB, 0.0).collect();
+        let near = self.near(X_WB, 0.0);
         near.is_empty()
-            || self.own.iter().all(|(solid, X_BS)| {
-                let X_WS = X_WB * X_BS;
-                let (x, y, reach) = (X_WS.translation.x, X_WS.translation.y, solid.radius() + ROUNDING);
-                !near.iter().any(|(i, footprint)| {
+            || self.own.iter().all(|own| {
+                let X_WS = X_WB * own.X_BS;
+                !near.iter().any(|i| {
                     let b = &self.others[*i];
-                    footprint.is_within(reach, x, y) && overlap(solid, &X_WS, b.solid, &b.X_WS)
+                    self.may_meet(*i, &own.shrunk, &X_WS) && overlap(&own.shrunk, &X_WS, b.solid, &b.X_WS)
                 })
             })
     }
 
+    /// Returns the corners of the floor that is worth going on: a lap around everything.
+    pub(super) fn corners(&self) -> [Place; 2] {
+        let here = self.here().translation;
+        let (mut low, mut high) = ([here.x, here.y], [here.x, here.y]);
+        for (_, f) in &self.in_the_way {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(f.middle[axis] - f.half[axis]);
+                high[axis] = high[axis].max(f.middle[axis] + f.half[axis]);
+            }
+        }
+        let lap = 2.0 * self.radius + 0.5;
+        [low.map(|x| x - lap), high.map(|x| x + lap)]
+    }
+
+    /// Returns the grid on which the base goes, with cells of that side [m].
+    pub(super) fn grid(&self, cell: f64) -> Grid {
+        let [low, high] = self.corners();
+        let here = self.here();
+        let ahead = here.rotation * Vec3::x();
+        let origin = [
+            here.translation.x,
+            here.translation.y,
+            RealField::atan2(ahead.y, ahead.x),
+        ];
+        let corners = [low, high, [low[0], high[1]], [high[0], low[1]]];
+        Grid::new(origin, cell, &corners)
+    }
+
     /// Returns the pose of a base at (x, y) on its floor with that heading.
-    fn at(&self, x: f64, y: f64, yaw: f64) -> Pose {
+    pub(super) fn at(&self, x: f64, y: f64, yaw: f64) -> Pose {
         Pose::new(
             Vec3::new(x, y, self.state.agents[self.agent].X_WB.translation.z),
             Vec3::z() * yaw,
         )
     }
 
-    fn bodies(&self, entity: EntityRef) -> Vec<&Placed<'a>> {
+    pub(super) fn bodies(&self, entity: EntityRef) -> Vec<&Placed<'a>> {
         let is_own = |owner: Owner| match (owner, entity) {
             (Owner::Link { agent, .. }, EntityRef::Agent(a)) => agent == a,
             (Owner::Object(object), EntityRef::Object(o)) => object == o,
@@ -190,7 +253,7 @@ impl<'a> Bases<'a> {
     }
 
     /// Returns the frame origin of an entity [m].
-    fn place(&self, entity: EntityRef) -> Option<Vec3> {
+    pub(super) fn place(&self, entity: EntityRef) -> Option<Vec3> {
         match entity {
             EntityRef::Agent(a) => Some(self.state.agents[a].X_WB.translation.vector),
             EntityRef::Object(o) => Some(self.state.objects[o].X_WO.translation.vector),
@@ -199,7 +262,7 @@ impl<'a> Bases<'a> {
     }
 
     /// Returns the shoulders of an agent with what its arms can reach at most, both [m]; hands that are full left out.
-    fn shoulders(&self, agent: usize) -> Vec<(Vec3, f64)> {
+    pub(super) fn shoulders(&self, agent: usize) -> Vec<(Vec3, f64)> {
         let at = &self.state.agents[agent];
         let X_WL = self.scene.agents[agent].tree.link_poses(&at.X_WB, &at.q);
         let is_full = |arm: usize| {
@@ -214,7 +277,7 @@ impl<'a> Bases<'a> {
 
     /// Says whether an empty hand could come to the entity with the base at `X_WB`, by lengths alone; two agents, whether their
     /// hands could meet.
-    fn is_in_arms_length(&self, X_WB: &Pose, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
+    pub(super) fn is_in_arms_length(&self, X_WB: &Pose, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
         let moved = X_WB * self.state.agents[self.agent].X_WB.inverse();
         let own = shoulders
             .iter()
@@ -240,7 +303,7 @@ impl<'a> Bases<'a> {
     }
 
     /// Says whether the agent has the entity already: it holds it.
-    fn has(&self, entity: EntityRef) -> bool {
+    pub(super) fn has(&self, entity: EntityRef) -> bool {
         matches!(entity, EntityRef::Object(o) if facts::has_in_hand(self.state, self.agent, o))
     }
 
@@ -360,7 +423,7 @@ impl<'a> Bases<'a> {
     }
 
     /// Says whether the entity is no farther above or below a shoulder than the arm is long: wherever the base goes, that stays.
-    fn is_at_height(&self, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
+    pub(super) fn is_at_height(&self, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
         let spans: Vec<(f64, f64)> = match entity {
             EntityRef::Agent(other) => self.shoulders(other).iter().map(|(q, far)| (q.z, *far)).collect(),
             EntityRef::Object(_) | EntityRef::Virtual(_) => {
@@ -376,94 +439,54 @@ impl<'a> Bases<'a> {
     }
 
     fn search(&self, goal: Vec3, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {
-        type Node = (i32, i32, i32);
-        const TURNS: i32 = 8;
-        let here = self.state.agents[self.agent].X_WB;
-        let origin = here.translation.vector;
-        let ahead = here.rotation * Vec3::x();
-        let yaw = RealField::atan2(ahead.y, ahead.x);
-        let pose = |n: Node, part: (f64, f64, f64)| {
-            let x = origin.x + (f64::from(n.0) + part.0) * STEP;
-            let y = origin.y + (f64::from(n.1) + part.1) * STEP;
-            self.at(x, y, yaw + (f64::from(n.2) + part.2) * 2.0 * PI / f64::from(TURNS))
+        let Some(drive) = self.scene.agents[self.agent].base.drive() else {
+            return false;
         };
-        // Beyond a lap around everything there is nothing to find.
-        let spread = self.others.iter().map(|b| {
-            let p = b.X_WS.translation.vector - origin;
-            p.x.abs().max(p.y.abs()) + b.solid.radius()
-        });
-        let border = ((spread.fold(0.0, f64::max) + 2.0 * self.radius) / STEP).ceil() as i32 + 2;
-        let reach = COMFORTABLE * shoulders.iter().map(|s| s.1).fold(0.0, f64::max);
-        let estimate = |n: Node| {
-            let p_BE = pose(n, (0.0, 0.0, 0.0)).inverse() * nalgebra::Point3::from(goal);
-            let off = RealField::atan2(p_BE.y, p_BE.x).abs() / FRAC_PI_4;
-            GREED * ((p_BE.coords.xy().norm() - reach).max(0.0) + TURN * off)
+        let comfortable = COMFORTABLE * shoulders.iter().map(|s| s.1).fold(0.0, f64::max);
+        let mut goal = Reach {
+            bases: self,
+            shoulders,
+            entity,
+            goal: [goal.x, goal.y],
+            comfortable,
+            tried: BTreeSet::new(),
         };
-        // Micrometres, so that equal costs are equal and the order is total.
-        let rank = |cost: f64| (cost * 1e6).round() as i64;
-        let mut roomy: BTreeMap<(i32, i32), bool> = BTreeMap::new();
-        let mut is_roomy = |n: Node| {
-            let known = roomy.entry((n.0, n.1));
-            *known.or_insert_with(|| self.is_roomy(&pose((n.0, n.1, 0), (0.0, 0.0, 0.0))))
+        let settings = Settings {
+            drive,
+            max_nodes: MAX_NODES,
+            greed: GREED,
         };
-        // Up to ten moves end at a place: it is looked at once.
-        let mut free: BTreeMap<Node, bool> = BTreeMap::new();
-        let mut is_free_at = |n: Node| *free.entry(n).or_insert_with(|| self.is_free(&pose(n, (0.0, 0.0, 0.0))));
-        let start: Node = (0, 0, 0);
-        let mut best: BTreeMap<Node, f64> = BTreeMap::from([(start, 0.0)]);
-        let mut closed: BTreeSet<Node> = BTreeSet::new();
-        let mut open = BinaryHeap::from([Reverse((rank(estimate(start)), start))]);
-        let (mut looked, mut tried) = (0, BTreeSet::new());
-        while let Some(Reverse((_, node))) = open.pop() {
-            if !closed.insert(node) {
-                continue;
-            }
-            looked += 1;
-            if looked > MAX_NODES {
-                return false;
-            }
-            if self.reaches_from(&pose(node, (0.0, 0.0, 0.0)), shoulders, entity, &mut tried) {
-                return true;
-            }
-            // No stand will be tried any more.
-            if tried.len() >= MAX_TRIES {
-                return false;
-            }
-            let cost = best.get(&node).copied().unwrap_or(f64::INFINITY);
-            let moves = [
-                (1, 0, 0),
-                (-1, 0, 0),
-                (0, 1, 0),
-                (0, -1, 0),
-                (1, 1, 0),
-                (1, -1, 0),
-                (-1, 1, 0),
-                (-1, -1, 0),
-                (0, 0, 1),
-                (0, 0, -1),
-            ];
-            for (dx, dy, turn) in moves {
-                let next = (node.0 + dx, node.1 + dy, (node.2 + turn).rem_euclid(TURNS));
-                if closed.contains(&next) || next.0.abs() > border || next.1.abs() > border {
-                    continue;
-                }
-                let length = STEP * f64::from(dx * dx + dy * dy).sqrt() + TURN * f64::from(turn.abs());
-                if best.get(&next).is_some_and(|known| *known <= cost + length) {
-                    continue;
-                }
-                let checks = if turn == 0 { CHECKS_ALONG } else { CHECKS_TURNING };
-                let is_free = (is_roomy(node) && is_roomy(next))
-                    || (is_free_at(next)
-                        && (1..checks).all(|k| {
-                            let t = f64::from(k) / f64::from(checks);
-                            self.is_free(&pose(node, (t * f64::from(dx), t * f64::from(dy), t * f64::from(turn))))
-                        }));
-                if is_free {
-                    best.insert(next, cost + length);
-                    open.push(Reverse((rank(cost + length + estimate(next)), next)));
-                }
-            }
-        }
-        false
+        let mut ground = Ground::new(self, People::nobody());
+        search(&self.grid(STEP), &mut ground, &mut goal, settings).is_ok()
+    }
+}
+
+/// Any place from which the agent reaches the entity.
+struct Reach<'a, 'b> {
+    bases: &'b Bases<'a>,
+    shoulders: &'b [(Vec3, f64)],
+    entity: EntityRef,
+    goal: Place,
+    /// So near is near enough to begin to ask [m].
+    comfortable: f64,
+    tried: BTreeSet<(i32, i32)>,
+}
+
+impl Goal for Reach<'_, '_> {
+    fn metres_left(&self, place: Place) -> f64 {
+        (crate::geom::navigation::apart(place, self.goal) - self.comfortable).max(0.0)
+    }
+
+    fn accepts(&mut self, at: &Arrival) -> Option<f64> {
+        let heading = at.heading.unwrap_or_else(|| direction(at.place, self.goal));
+        let X_WB = self.bases.at(at.place[0], at.place[1], heading);
+        let reaches = self
+            .bases
+            .reaches_from(&X_WB, self.shoulders, self.entity, &mut self.tried);
+        reaches.then_some(heading)
+    }
+
+    fn is_over(&self) -> bool {
+        self.tried.len() >= MAX_TRIES
     }
 }

@@ -91,16 +91,26 @@ pub(super) fn arms_and_grasps(
     all.into_iter().map(|(_, _, c)| c).collect()
 }
 
-/// Returns placements of a held object on the level faces of `on`; fewer than `limit` where some do not fit onto their face.
-pub(super) fn placements(
-    scene: &Scene,
-    state: &State,
-    object: usize,
-    on: usize,
-    held: &Candidate,
-    limit: u32,
-    rng: &mut ChaCha8Rng,
-) -> Vec<Candidate> {
+/// What is to be put where.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    pub object: usize,
+    /// Object that is to carry it.
+    pub on: usize,
+    /// In the middle of a face alone; else anywhere on it.
+    pub is_centred: bool,
+    /// Placements at most.
+    pub limit: u32,
+}
+
+/// Returns placements of an object on the level faces of another; fewer than the limit where some do not fit onto their face.
+pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted, rng: &mut ChaCha8Rng) -> Vec<Placement> {
+    let Wanted {
+        object,
+        on,
+        is_centred,
+        limit,
+    } = *wanted;
     let thing = &scene.objects[object];
     let supports: Vec<(usize, &Support)> = scene.objects[on]
         .supports
@@ -137,20 +147,24 @@ pub(super) fn placements(
         if x0 > x1 || y0 > y1 {
             continue;
         }
-        let (x, y) = (x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0));
+        if is_centred && (x0 > 0.0 || x1 < 0.0 || y0 > 0.0 || y1 < 0.0) {
+            continue;
+        }
+        let (x, y) = if is_centred {
+            (0.0, 0.0)
+        } else {
+            (x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0))
+        };
         let X_WF = state.objects[on].X_WO * face.X_OF;
         let X_WO = placed_pose(&X_WF, &orientation.X_QO, x, y, yaw);
-        all.push(Candidate {
-            placement: Some(Placement {
-                on,
-                support,
-                stable,
-                x,
-                y,
-                yaw,
-                X_WO,
-            }),
-            ..held.clone()
+        all.push(Placement {
+            on,
+            support,
+            stable,
+            x,
+            y,
+            yaw,
+            X_WO,
         });
     }
     all

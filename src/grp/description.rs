@@ -1,190 +1,189 @@
-//! Geometric actions as data (thesis 3.2.3 and 3.3.2, formulas 3.3, 3.4, 3.8).
+//! A geometric action of the language with its arguments: what the solver looks at (thesis 3.2.3 and 3.3.2).
 //!
-//! An action is: what is to be chosen, then sub-actions, each *(pre-conditions; search space; final constraints)*. One solver runs
-//! them all (`solve`). Not here: descriptions written by users in the language itself.
+//! The action itself is data (`ir::geometric`); this finds out what its choices are for. `check` has seen to it that there
+//! is one arm, one object and one placement at most.
 
-/// What an argument of the action stands for; its position is the argument's position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// The agent that acts.
-    Agent,
+use std::sync::Arc;
+
+use super::constraints::entity;
+use super::requests::Question;
+use crate::ir::geometric::{ChoiceSet, Condition, FactOf, Geometric, Place, Role, Target};
+use crate::ir::{Domain, Value};
+use crate::world::{EntityRef, Scene};
+
+/// An action with its arguments.
+#[derive(Debug, Clone)]
+pub(super) struct Description {
+    pub action: Arc<Geometric>,
+    /// By parameter.
+    pub entities: Vec<EntityRef>,
+    /// The agent whose arm moves.
+    pub agent: usize,
     /// The object that is handled.
-    Object,
-    /// The entity on which it is put.
-    Support,
-    /// The agent for whom it is done.
-    Receiver,
+    pub object: usize,
+    /// Whether a grasp is to be chosen; else the object is in the hand already.
+    pub takes: bool,
+    pub placing: Option<Placing>,
+    /// By sub-action: what must hold when it starts, and when it is over.
+    pub before: Vec<Vec<Asked>>,
+    pub after: Vec<Vec<Asked>>,
 }
 
-/// What the solver has to choose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Choice {
-    /// An arm whose hand is empty, and a grasp of the object that its gripper can do.
-    ArmAndGrasp,
-    /// The arm is the one that holds the object, the grasp is the one it is held by. A support face of the support, a stable
-    /// orientation, a position (x, y) on the face and a yaw.
-    Placement,
+/// Where and when the object is put down.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placing {
+    /// The sub-action that ends there.
+    pub sub_action: usize,
+    /// Object that carries it.
+    pub on: usize,
+    /// In the middle of a face alone.
+    pub is_centred: bool,
 }
 
-/// Which degrees of freedom may move (thesis: search spaces); everything else is fixed, a held object moves with its hand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Space {
-    /// The arm's joints, anywhere (thesis: Fix_h, OFix_h).
-    Arm,
-    /// The arm's joints such that the tool follows a straight line.
-    ArmStraight,
-    /// The fingers (thesis: EEFix_h).
-    Gripper,
+/// A fact that is asked for.
+#[derive(Debug, Clone)]
+pub(super) struct Asked {
+    /// As messages show it.
+    pub text: String,
+    /// `None` where it makes no sense for its arguments, so that it never holds.
+    pub question: Option<Question>,
 }
 
-/// What must hold when the sub-action starts (thesis: geometric pre-conditions).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Condition {
-    /// The hand is empty (thesis: HFree_h).
-    HandFree,
-    /// The object is in the hand (thesis: HFull_h).
-    HandFull,
-}
+impl Description {
+    /// Gives an action its arguments.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: what is wrong with them.
+    pub(super) fn new(
+        scene: &Scene,
+        domain: &Domain,
+        action: &Arc<Geometric>,
+        args: &[Value],
+    ) -> Result<Description, String> {
+        if args.len() != action.params.len() {
+            let (n, m) = (action.params.len(), args.len());
+            return Err(format!("`{}` takes {n} arguments, not {m}", action.name));
+        }
+        let mut entities = Vec::with_capacity(args.len());
+        for (param, value) in action.params.iter().zip(args) {
+            let found = match value {
+                Value::Entity(e) => entity(scene, domain, value)
+                    .ok_or_else(|| format!("{} is not in the world file", domain.entities[e.index()].name))?,
+                _ => return Err(format!("{} is not an entity", domain.show(value))),
+            };
+            match (param.role, found) {
+                (Role::Agent, EntityRef::Object(_)) => return Err(format!("{} is not an agent", domain.show(value))),
+                (Role::Thing, EntityRef::Agent(_)) => return Err(format!("{} is not an object", domain.show(value))),
+                (_, EntityRef::Virtual(_)) => {
+                    return Err(format!("{} is a virtual object: it is nowhere", domain.show(value)));
+                }
+                (Role::Agent, EntityRef::Agent(_)) | (Role::Thing, EntityRef::Object(_)) | (Role::Entity, _) => {}
+            }
+            entities.push(found);
+        }
+        let agent = action.choices.iter().find_map(|c| match c.from {
+            ChoiceSet::Arms(agent) => Some(entities[agent.index()]),
+            _ => None,
+        });
+        let object = object(action).map(|o| entities[o.index()]);
+        let (Some(EntityRef::Agent(agent)), Some(EntityRef::Object(object))) = (agent, object) else {
+            return Err(format!("`{}` needs an agent and an object", action.name));
+        };
+        let placing = action.sub_actions.iter().enumerate().find_map(|(i, s)| match s.until {
+            Target::Placement { place, above: 0.0 } => Some((i, place)),
+            _ => None,
+        });
+        let asked = |fact: &FactOf| asked(scene, domain, fact, &entities);
+        let conditions = |s: &crate::ir::geometric::SubAction| {
+            let facts = s.when.iter().filter_map(|c| match c {
+                Condition::Fact(fact) => Some(asked(fact)),
+                Condition::Free(_) | Condition::Holds(..) => None,
+            });
+            facts.collect()
+        };
+        Ok(Description {
+            agent,
+            object,
+            takes: action.choices.iter().any(|c| matches!(c.from, ChoiceSet::Grasps(_))),
+            placing: placing.and_then(|(sub_action, place)| placed(action, &entities, sub_action, place)),
+            before: action.sub_actions.iter().map(conditions).collect(),
+            after: action
+                .sub_actions
+                .iter()
+                .map(|s| s.facts.iter().map(asked).collect())
+                .collect(),
+            action: Arc::clone(action),
+            entities,
+        })
+    }
 
-/// Where the sub-action ends (thesis: final constraints).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Until {
-    /// The tool stands [`APPROACH`] before the grasp, against its direction (thesis: HApp).
-    BeforeGrasp,
-    /// The tool is at the grasp (thesis: HGrasp).
-    AtGrasp,
-    /// The fingers are as wide as they can be (thesis: EEO).
-    GripperOpen,
-    /// The fingers hold the object at the grasp's width (thesis: EEC).
-    GripperClosed,
-    /// The object is [`APPROACH`] above where it was (thesis: OFree).
-    Lifted,
-    /// The object is [`APPROACH`] above its placement (thesis: HAppr).
-    AbovePlacement,
-    /// The object is at its placement (thesis: HRel).
-    AtPlacement,
-    /// The tool stands [`APPROACH`] back from the object, against the grasp's direction (thesis: EEFree).
-    AwayFromObject,
-}
+    /// Returns a number that tells an argument from others at its position; 0 where there is none.
+    pub(super) fn number_of(&self, at: usize) -> u64 {
+        let may_be_either = self.action.params.get(at).is_some_and(|p| p.role == Role::Entity);
+        match self.entities.get(at) {
+            None => 0,
+            Some(EntityRef::Agent(i)) if may_be_either => (1 << 32) + *i as u64,
+            Some(EntityRef::Agent(i) | EntityRef::Object(i) | EntityRef::Virtual(i)) => *i as u64 + 1,
+        }
+    }
 
-/// What changes hands when the motion is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
-    Attach,
-    Detach,
-}
+    /// Returns the name of the sub-action that puts the object down, for what is said of the whole placement.
+    pub(super) fn placing_name(&self) -> &str {
+        let at = self.placing.and_then(|p| self.action.sub_actions.get(p.sub_action));
+        at.map_or("", |s| s.name.as_str())
+    }
 
-/// A fact about the handled object that must hold for the receiver in the action's final state (thesis: AReachO).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Required {
-    ReachableByReceiver,
-}
-
-/// One sub-action (thesis: SAD).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SubAction {
-    pub name: &'static str,
-    pub when: &'static [Condition],
-    pub space: Space,
-    pub until: Until,
-    pub change: Option<Change>,
-}
-
-/// A geometric action.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Description {
-    /// Names under which domains project onto it; the first is ours, others are the thesis's.
-    pub names: &'static [&'static str],
-    pub roles: &'static [Role],
-    pub choice: Choice,
-    /// Tested as soon as the placement is known, before any motion, and again in the final state.
-    pub required: &'static [Required],
-    pub sub_actions: &'static [SubAction],
-}
-
-/// Distance of approach, lift and retreat [m] (thesis 3.3.2, footnote 3).
-pub const APPROACH: f64 = 0.10;
-
-const fn sub(
-    name: &'static str,
-    when: &'static [Condition],
-    space: Space,
-    until: Until,
-    change: Option<Change>,
-) -> SubAction {
-    SubAction {
-        name,
-        when,
-        space,
-        until,
-        change,
+    /// Returns the call as messages show it.
+    pub(super) fn call(&self, scene: &Scene) -> String {
+        let names: Vec<&str> = self.entities.iter().map(|e| name(scene, *e)).collect();
+        format!("{}({})", self.action.name, names.join(", "))
     }
 }
 
-/// Formula 3.3. `open` is not in it: the thesis's pre-condition EEOpen is brought about instead of refused; it is skipped
-/// where the fingers are open already.
-const PICK: Description = Description {
-    names: &["pick"],
-    roles: &[Role::Agent, Role::Object],
-    choice: Choice::ArmAndGrasp,
-    required: &[],
-    sub_actions: &[
-        sub("open", &[Condition::HandFree], Space::Gripper, Until::GripperOpen, None),
-        sub("approach", &[Condition::HandFree], Space::Arm, Until::BeforeGrasp, None),
-        sub("engage", &[], Space::ArmStraight, Until::AtGrasp, None),
-        sub("grasp", &[], Space::Gripper, Until::GripperClosed, Some(Change::Attach)),
-        sub(
-            "disengage",
-            &[Condition::HandFull],
-            Space::ArmStraight,
-            Until::Lifted,
-            None,
-        ),
-    ],
-};
+/// Returns the parameter that is handled: taken, carried or put down.
+fn object(action: &Geometric) -> Option<crate::ir::ParamId> {
+    let grasped = action.choices.iter().find_map(|c| match c.from {
+        ChoiceSet::Grasps(object) => Some(object),
+        _ => None,
+    });
+    let mut when = action.sub_actions.iter().flat_map(|s| &s.when);
+    grasped.or_else(|| {
+        when.find_map(|c| match c {
+            Condition::Holds(_, object) => Some(*object),
+            Condition::Free(_) | Condition::Fact(_) => None,
+        })
+    })
+}
 
-/// The sub-actions of formulas 3.4 and 3.8.
-const PUT_DOWN: &[SubAction] = &[
-    sub(
-        "approach",
-        &[Condition::HandFull],
-        Space::Arm,
-        Until::AbovePlacement,
-        None,
-    ),
-    sub("place", &[], Space::ArmStraight, Until::AtPlacement, None),
-    sub("release", &[], Space::Gripper, Until::GripperOpen, Some(Change::Detach)),
-    sub(
-        "retract",
-        &[Condition::HandFree],
-        Space::ArmStraight,
-        Until::AwayFromObject,
-        None,
-    ),
-];
+fn placed(action: &Geometric, entities: &[EntityRef], sub_action: usize, place: Place) -> Option<Placing> {
+    let ChoiceSet::Supports(on) = action.choices[place.face.index()].from else {
+        return None;
+    };
+    let EntityRef::Object(on) = entities[on.index()] else {
+        return None;
+    };
+    Some(Placing {
+        sub_action,
+        on,
+        is_centred: matches!(action.choices[place.point.index()].from, ChoiceSet::Centre(_)),
+    })
+}
 
-/// Formula 3.4.
-const PLACE: Description = Description {
-    names: &["place"],
-    roles: &[Role::Agent, Role::Object, Role::Support],
-    choice: Choice::Placement,
-    required: &[],
-    sub_actions: PUT_DOWN,
-};
+fn asked(scene: &Scene, domain: &Domain, fact: &FactOf, entities: &[EntityRef]) -> Asked {
+    let args: Vec<EntityRef> = fact.args.iter().map(|p| entities[p.index()]).collect();
+    let request = &domain.requests[fact.request.index()].name;
+    let names: Vec<&str> = args.iter().map(|e| name(scene, *e)).collect();
+    Asked {
+        text: format!("{request}({})", names.join(", ")),
+        question: Question::of(request, &args),
+    }
+}
 
-/// Formula 3.8. The fact is asked for where the object is put, which is what the formula's approach constraint is for.
-const PLACE_REACHABLE: Description = Description {
-    names: &["placeReachable", "placeR"],
-    roles: &[Role::Agent, Role::Object, Role::Support, Role::Receiver],
-    choice: Choice::Placement,
-    required: &[Required::ReachableByReceiver],
-    sub_actions: PUT_DOWN,
-};
-
-/// Every geometric action there is.
-pub const ACTIONS: &[Description] = &[PICK, PLACE, PLACE_REACHABLE];
-
-/// Returns the action of that name.
-pub fn find(name: &str) -> Option<&'static Description> {
-    ACTIONS.iter().find(|d| d.names.contains(&name))
+fn name(scene: &Scene, entity: EntityRef) -> &str {
+    match entity {
+        EntityRef::Agent(a) => &scene.agents[a].id,
+        EntityRef::Object(o) => &scene.objects[o].id,
+        EntityRef::Virtual(v) => &scene.virtuals[v].id,
+    }
 }

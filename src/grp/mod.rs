@@ -12,6 +12,7 @@ mod cost;
 mod description;
 mod facts;
 mod free_place;
+mod ground;
 mod key;
 mod motion;
 mod prepared;
@@ -23,24 +24,25 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+pub use crate::ir::geometric::APPROACH;
 pub use crate::world::FACTS;
-pub use description::{ACTIONS, APPROACH, Description};
 pub use relations::NEXT_TO;
 pub use requests::{Fact, REQUESTS};
 pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
+use crate::ir::geometric::{Change, Space};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
 use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;
-use description::{Change, Role, Space};
+use description::Description;
 use facts::{Memory, States};
 use key::Key;
 use prepared::Prepared;
 use requests::{Answer, Question};
-use solve::{Arguments, Room, Search, Solution};
+use solve::{Room, Search, Solution};
 
 /// A solved geometric action.
 #[derive(Debug)]
@@ -155,48 +157,11 @@ impl<'a> Grp<'a> {
         all
     }
 
-    fn scene_entity(&self, domain: &Domain, value: &Value) -> Result<EntityRef, String> {
-        let Value::Entity(e) = value else {
-            return Err(format!("{} is not an entity", domain.show(value)));
+    fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
+        let Some(action) = domain.geometric(call.name) else {
+            return Err(format!("there is no geometric action `{}`", call.name));
         };
-        let name = &domain.entities[e.index()].name;
-        self.scene
-            .find(name)
-            .ok_or_else(|| format!("{name} is not in the world file"))
-    }
-
-    fn arguments(&self, domain: &Domain, call: &Call<'_>, description: &Description) -> Result<Arguments, String> {
-        if call.args.len() != description.roles.len() {
-            let (n, m) = (description.roles.len(), call.args.len());
-            return Err(format!("`{}` takes {n} arguments, not {m}", call.name));
-        }
-        let (mut agent, mut object, mut support, mut receiver) = (None, None, None, None);
-        for (role, value) in description.roles.iter().zip(call.args) {
-            match (role, self.scene_entity(domain, value)?) {
-                (Role::Agent, EntityRef::Agent(a)) => agent = Some(a),
-                (Role::Receiver, EntityRef::Agent(a)) => receiver = Some(a),
-                (Role::Object, EntityRef::Object(o)) => object = Some(o),
-                (Role::Support, EntityRef::Object(o)) => support = Some(o),
-                (Role::Agent | Role::Receiver, EntityRef::Object(_)) => {
-                    return Err(format!("{} is not an agent", domain.show(value)));
-                }
-                (Role::Object | Role::Support, EntityRef::Agent(_)) => {
-                    return Err(format!("{} is not an object", domain.show(value)));
-                }
-                (_, EntityRef::Virtual(_)) => {
-                    return Err(format!("{} is a virtual object: it is nowhere", domain.show(value)));
-                }
-            }
-        }
-        match (agent, object) {
-            (Some(agent), Some(object)) => Ok(Arguments {
-                agent,
-                object,
-                support,
-                receiver,
-            }),
-            _ => Err(format!("`{}` needs an agent and an object", call.name)),
-        }
+        Description::new(self.scene, domain, action, call.args)
     }
 
     /// Returns the number of the action in the current world state, started now if it was not before.
@@ -205,24 +170,16 @@ impl<'a> Grp<'a> {
             let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
             ActionRefusal::not_applicable(format!("{}({})", call.name, args.join(", ")), why)
         };
-        let Some(description) = description::find(call.name) else {
-            return Err(refuse(format!("there is no geometric action `{}`", call.name)));
-        };
-        let arguments = self.arguments(domain, call, description).map_err(refuse)?;
+        let description = self.description(domain, call).map_err(refuse)?;
         let state = self
             .states
             .last()
             .cloned()
             .ok_or_else(|| refuse("there is no world state".into()))?;
-        let mut key = Key::new(self.seed).text(description.names[0]);
-        let Arguments {
-            agent,
-            object,
-            support,
-            receiver,
-        } = arguments;
-        for index in [Some(agent), Some(object), support, receiver] {
-            key = key.number(index.map_or(0, |i| i as u64 + 1));
+        let mut key = Key::new(self.seed).text(&description.action.name);
+        // As many as most actions have: a shorter list is filled up.
+        for at in 0..description.entities.len().max(4) {
+            key = key.number(description.number_of(at));
         }
         let key = key.state(&state);
         let constraints = Constraints::new(self.scene, domain, call.constraints);
@@ -244,7 +201,7 @@ impl<'a> Grp<'a> {
             seed: self.seed,
             stop: &self.stop,
         };
-        let search = Search::new(&room, description, arguments, constraints, state, key);
+        let search = Search::new(&room, description, constraints, state, key);
         self.gases.push(Gas {
             search,
             solved: Vec::new(),
@@ -271,7 +228,7 @@ impl<'a> Grp<'a> {
             let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
                 return Err(entry.search.refusal(&room));
             };
-            let parts = cost::parts(scene, prepared, &solution, entry.search.arguments.agent);
+            let parts = cost::parts(scene, prepared, &solution, entry.search.description.agent);
             let cost = parts.values().sum();
             let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
             entry.solved.push(Solved {
@@ -298,7 +255,12 @@ impl<'a> Grp<'a> {
         }
         let entry = self.gases.get(gas.gas.0 as usize)?;
         let solution = &entry.solved.get(gas.alternative as usize)?.solution;
-        let Arguments { agent, object, .. } = entry.search.arguments;
+        let Description {
+            agent,
+            object,
+            ref action,
+            ..
+        } = entry.search.description;
         let body = &self.scene.agents[agent];
         let arm = &body.arms[solution.candidate.arm];
         let thing = &self.scene.objects[object];
@@ -307,29 +269,30 @@ impl<'a> Grp<'a> {
             .iter()
             .map(|(stage, timed)| {
                 let chain = &self.prepared.agents[agent].arms[solution.candidate.arm].chain;
-                let dofs: Vec<usize> = match stage.sub_action.space {
-                    Space::Gripper => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
-                    Space::Arm | Space::ArmStraight => chain.dof_indices().to_vec(),
+                let sub_action = &action.sub_actions[stage.sub_action];
+                let dofs: Vec<usize> = match sub_action.space {
+                    Space::Gripper(_) => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
+                    Space::Arm(_) | Space::ArmStraight(_) => chain.dof_indices().to_vec(),
                 };
                 let after = &stage.end.objects[object];
                 SubAction {
-                    name: stage.sub_action.name.to_owned(),
-                    motion: match stage.sub_action.space {
-                        Space::Arm => Motion::Free,
-                        Space::ArmStraight => Motion::Straight,
-                        Space::Gripper => Motion::Gripper,
+                    name: sub_action.name.clone(),
+                    motion: match sub_action.space {
+                        Space::Arm(_) => Motion::Free,
+                        Space::ArmStraight(_) => Motion::Straight,
+                        Space::Gripper(_) => Motion::Gripper,
                     },
                     trajectory: Trajectory {
                         joints: dofs.iter().map(|d| body.tree.dofs[*d].name.clone()).collect(),
                         times: timed.times.clone(),
                         positions: timed.positions.clone(),
                     },
-                    change: stage.sub_action.change.map(|change| match (change, &after.held) {
-                        (Change::Attach, Some(held)) => AttachmentChange::Attach {
+                    change: sub_action.change.map(|change| match (change, &after.held) {
+                        (Change::Attach(_), Some(held)) => AttachmentChange::Attach {
                             object: thing.id.clone(),
                             object_in_tool: held.X_TO.into(),
                         },
-                        (Change::Attach | Change::Detach, _) => AttachmentChange::Detach {
+                        (Change::Attach(_) | Change::Detach(_), _) => AttachmentChange::Detach {
                             object: thing.id.clone(),
                             object_in_world: after.X_WO.into(),
                         },
@@ -347,7 +310,7 @@ impl<'a> Grp<'a> {
             pose: p.X_WO.into(),
         });
         Some(Geometry {
-            action: entry.search.description.names[0].to_owned(),
+            action: action.name.clone(),
             gas: gas.gas.0.saturating_add(self.first_number()),
             alternative: gas.alternative,
             agent: body.id.clone(),

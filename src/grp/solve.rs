@@ -15,26 +15,15 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::attempt;
-use super::candidates::{Candidate, arms_and_grasps, placements};
+use super::candidates::{Candidate, Wanted, arms_and_grasps, placements};
 use super::constraints::{Constraints, Which};
-use super::description::{Choice, Description, SubAction};
+use super::description::{Description, Placing};
 use super::facts::is_level;
 use super::key::Key;
 use super::motion::Timed;
 use super::prepared::Prepared;
 use crate::plan::{ActionRefusal, Cause, CauseCount};
 use crate::world::{Held, Scene, State};
-
-/// The entities that an action's arguments name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Arguments {
-    pub agent: usize,
-    pub object: usize,
-    /// Object on which it is put.
-    pub support: Option<usize>,
-    /// Agent for whom it is done.
-    pub receiver: Option<usize>,
-}
 
 /// Budgets of one geometric action.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +50,8 @@ pub struct Counts {
 /// A sub-action with its end state and how to get there.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
-    pub sub_action: &'static SubAction,
+    /// Position in the description.
+    pub sub_action: usize,
     /// World state when it starts.
     pub start: State,
     /// World state when it is over, hand-over done.
@@ -97,8 +87,7 @@ impl Solution {
 /// A geometric action at work: which candidates were tried, what stopped them.
 #[derive(Debug)]
 pub(super) struct Search {
-    pub description: &'static Description,
-    pub arguments: Arguments,
+    pub description: Description,
     constraints: Constraints,
     /// World state in which it starts.
     pub start: State,
@@ -125,15 +114,13 @@ impl Search {
     /// Starts an action in a world state. An action that its arguments rule out has no candidates and one cause.
     pub(super) fn new(
         room: &Room<'_>,
-        description: &'static Description,
-        arguments: Arguments,
+        description: Description,
         constraints: Constraints,
         start: State,
         key: Key,
     ) -> Search {
         let mut search = Search {
             description,
-            arguments,
             constraints,
             start,
             key,
@@ -154,84 +141,106 @@ impl Search {
     }
 
     fn first_candidates(&self, room: &Room<'_>) -> Result<Vec<Candidate>, String> {
-        let Arguments {
-            agent, object, support, ..
-        } = self.arguments;
-        let (body, thing) = (&room.scene.agents[agent], &room.scene.objects[object]);
+        let object = self.description.object;
+        let thing = &room.scene.objects[object];
         if !thing.movable {
             return Err(format!("{} can't be moved", thing.id));
         }
-        let holder = self.start.objects[object].held.as_ref();
-        match self.description.choice {
-            Choice::ArmAndGrasp => {
-                if let Some(held) = holder {
-                    return Err(format!("{} is held by {}", thing.id, room.scene.agents[held.agent].id));
-                }
-                if thing.grasps.is_empty() {
-                    return Err(format!("{} has no grasp", thing.id));
-                }
-                if body.arms.iter().all(|a| a.gripper.is_none()) {
-                    return Err(format!("{} has no gripper", body.id));
-                }
-                let mut all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
-                all.retain(|c| self.moved_along(room, c.arm).is_none());
-                if all.is_empty() {
-                    return Err(format!(
-                        "{} has no free hand whose fingers can hold {}",
-                        body.id, thing.id
-                    ));
-                }
-                Ok(all)
-            }
-            Choice::Placement => {
-                let held = holder.filter(|h| h.agent == agent);
-                let Some(held) = held else {
-                    return Err(format!("{} is not in a hand of {}", thing.id, body.id));
-                };
-                if body.arms[held.arm].gripper.is_none() {
-                    return Err(format!("{} has no gripper", body.id));
-                }
-                if let Some(other) = self.moved_along(room, held.arm) {
-                    let (arm, other) = (&body.arms[held.arm].name, &room.scene.objects[other].id);
-                    return Err(format!(
-                        "the {arm} arm of {} would move {other} in its other hand",
-                        body.id
-                    ));
-                }
-                let on = support.ok_or("no support is named")?;
-                let below = &room.scene.objects[on];
-                if on == object {
-                    return Err(format!("{} can't be put on itself", thing.id));
-                }
-                // What stands on a held thing would not move with it.
-                if let Some(held) = &self.start.objects[on].held {
-                    return Err(format!("{} is held by {}", below.id, room.scene.agents[held.agent].id));
-                }
-                if below.supports.is_empty() {
-                    return Err(format!("{} has no face to put things on", below.id));
-                }
-                if !below.supports.iter().any(|s| is_level(&self.start.objects[on].X_WO, s)) {
-                    return Err(format!("{} has no level face to put things on", below.id));
-                }
-                if thing.stable.is_empty() {
-                    return Err(format!("{} can't stand by itself", thing.id));
-                }
-                let held = as_held(room.scene, object, held);
-                let mut rng = ChaCha8Rng::seed_from_u64(self.key.text("placements").0);
-                let limit = room.settings.placements;
-                let all = placements(room.scene, &self.start, object, on, &held, limit, &mut rng);
-                if all.is_empty() {
-                    return Err(format!("{} does not fit on {} in any orientation", thing.id, below.id));
-                }
-                Ok(all)
-            }
+        let holds = if self.description.takes {
+            self.grasps_to_take(room)?
+        } else {
+            vec![self.hold(room)?]
+        };
+        let Some(Placing { on, is_centred, .. }) = self.description.placing else {
+            return Ok(holds);
+        };
+        let below = &room.scene.objects[on];
+        if on == object {
+            return Err(format!("{} can't be put on itself", thing.id));
         }
+        // What stands on a held thing would not move with it.
+        if let Some(held) = &self.start.objects[on].held {
+            return Err(format!("{} is held by {}", below.id, room.scene.agents[held.agent].id));
+        }
+        if below.supports.is_empty() {
+            return Err(format!("{} has no face to put things on", below.id));
+        }
+        if !below.supports.iter().any(|s| is_level(&self.start.objects[on].X_WO, s)) {
+            return Err(format!("{} has no level face to put things on", below.id));
+        }
+        if thing.stable.is_empty() {
+            return Err(format!("{} can't stand by itself", thing.id));
+        }
+        let mut rng = ChaCha8Rng::seed_from_u64(self.key.text("placements").0);
+        let wanted = Wanted {
+            object,
+            on,
+            is_centred,
+            limit: room.settings.placements,
+        };
+        let all = placements(room.scene, &self.start, &wanted, &mut rng);
+        if all.is_empty() {
+            return Err(format!("{} does not fit on {} in any orientation", thing.id, below.id));
+        }
+        // Placements change slowest: the most promising hold is tried at once, and every hold at every placement.
+        let combined = all.iter().flat_map(|placement| {
+            holds.iter().map(|hold| Candidate {
+                placement: Some(placement.clone()),
+                ..hold.clone()
+            })
+        });
+        Ok(combined.collect())
+    }
+
+    /// Returns the arms and grasps by which the object can be taken.
+    fn grasps_to_take(&self, room: &Room<'_>) -> Result<Vec<Candidate>, String> {
+        let Description { agent, object, .. } = self.description;
+        let (body, thing) = (&room.scene.agents[agent], &room.scene.objects[object]);
+        if let Some(held) = &self.start.objects[object].held {
+            return Err(format!("{} is held by {}", thing.id, room.scene.agents[held.agent].id));
+        }
+        if thing.grasps.is_empty() {
+            return Err(format!("{} has no grasp", thing.id));
+        }
+        if body.arms.iter().all(|a| a.gripper.is_none()) {
+            return Err(format!("{} has no gripper", body.id));
+        }
+        let mut all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
+        all.retain(|c| self.moved_along(room, c.arm).is_none());
+        if all.is_empty() {
+            return Err(format!(
+                "{} has no free hand whose fingers can hold {}",
+                body.id, thing.id
+            ));
+        }
+        Ok(all)
+    }
+
+    /// Returns the hand that holds the object, and how.
+    fn hold(&self, room: &Room<'_>) -> Result<Candidate, String> {
+        let Description { agent, object, .. } = self.description;
+        let (body, thing) = (&room.scene.agents[agent], &room.scene.objects[object]);
+        let held = self.start.objects[object].held.as_ref().filter(|h| h.agent == agent);
+        let Some(held) = held else {
+            return Err(format!("{} is not in a hand of {}", thing.id, body.id));
+        };
+        if body.arms[held.arm].gripper.is_none() {
+            return Err(format!("{} has no gripper", body.id));
+        }
+        if let Some(other) = self.moved_along(room, held.arm) {
+            let (arm, other) = (&body.arms[held.arm].name, &room.scene.objects[other].id);
+            return Err(format!(
+                "the {arm} arm of {} would move {other} in its other hand",
+                body.id
+            ));
+        }
+        Ok(as_held(room.scene, object, held))
     }
 
     /// Returns an object in another hand of the agent that this arm's joints move as well: arms may share a trunk. What is
     /// carried along like that is not planned for, so such an arm is not used.
     fn moved_along(&self, room: &Room<'_>, arm: usize) -> Option<usize> {
-        let agent = self.arguments.agent;
+        let agent = self.description.agent;
         let moved = &room.prepared.agents[agent].arms[arm].moved;
         self.start.objects.iter().position(|o| {
             o.held.as_ref().is_some_and(|h| {
@@ -254,8 +263,7 @@ impl Search {
             match attempt::solve(
                 room,
                 &attempt::Wanted {
-                    description: self.description,
-                    arguments: self.arguments,
+                    description: &self.description,
                     constraints: &self.constraints,
                     candidate: &candidate,
                 },
@@ -267,7 +275,7 @@ impl Search {
                     self.found += 1;
                     return Some(Solution { candidate, stages });
                 }
-                Err((sub_action, cause)) => self.count(sub_action, cause),
+                Err((sub_action, cause)) => self.count(&sub_action, cause),
             }
         }
         None
@@ -290,22 +298,12 @@ impl Search {
 
     /// Returns why there is no further solution.
     pub(super) fn refusal(&self, room: &Room<'_>) -> ActionRefusal {
-        let id = |o: usize| room.scene.objects[o].id.clone();
-        let Arguments {
-            agent,
-            object,
-            support,
-            receiver,
-        } = self.arguments;
-        let mut names = vec![room.scene.agents[agent].id.clone(), id(object)];
-        names.extend(support.map(id));
-        names.extend(receiver.map(|r| room.scene.agents[r].id.clone()));
         let mut causes = self.causes.clone();
         causes.sort_by_key(|c| std::cmp::Reverse(c.count));
         // Placements are a sample of a continuous space: all of them tried does not prove that there is none.
-        let continuous = self.description.choice == Choice::Placement && !self.candidates.is_empty();
+        let continuous = self.description.placing.is_some() && !self.candidates.is_empty();
         ActionRefusal {
-            call: format!("{}({})", self.description.names[0], names.join(", ")),
+            call: self.description.call(room.scene),
             found_before: self.found,
             exhausted: self.next >= self.candidates.len() && !continuous,
             tried: self.next as u32,

@@ -29,6 +29,10 @@ id!(
     RequestId,
     /// Indexes [`Domain::facts`].
     FactId,
+    /// Indexes [`super::geometric::Geometric::params`].
+    ParamId,
+    /// Indexes [`super::geometric::Geometric::choices`].
+    ChoiceId,
     /// Indexes [`Domain::strings`].
     StringId,
     /// Indexes [`Domain::actions`].
@@ -280,6 +284,8 @@ pub struct Domain {
     pub requests: Vec<Request>,
     /// Facts whose meaning the domain gives itself.
     pub facts: Vec<Fact>,
+    /// What `projects` may call: the prelude's geometric actions, then the domain's own.
+    pub geometrics: Vec<NamedGeometric>,
     pub settings: Settings,
     /// The method whose decomposition is the task network to plan, if the goal is one. Its name is the network's text,
     /// which no file could write as a name.
@@ -287,6 +293,16 @@ pub struct Domain {
     pub social: Vec<super::SocialRule>,
     /// How beliefs change; `None` where no attribute is `per agent`.
     pub beliefs: Option<Beliefs>,
+}
+
+/// A geometric action by one of its names.
+#[derive(Debug, Clone)]
+pub struct NamedGeometric {
+    /// As domains call it.
+    pub name: String,
+    /// Shared by its names.
+    pub action: std::sync::Arc<super::geometric::Geometric>,
+    pub is_built_in: bool,
 }
 
 /// Who learns of what an action has changed, beside those who take part in it.
@@ -345,6 +361,11 @@ impl Domain {
             .iter()
             .position(|e| e.name == name)
             .map(|i| EntityId(i as u32))
+    }
+
+    /// Returns the geometric action of that name.
+    pub fn geometric(&self, name: &str) -> Option<&std::sync::Arc<super::geometric::Geometric>> {
+        self.geometrics.iter().find(|g| g.name == name).map(|g| &g.action)
     }
 
     /// Says whether `sub` is `ty` or one of its subtypes.

@@ -2,6 +2,7 @@
 
 mod domain;
 mod dump;
+pub mod geometric;
 mod granted;
 mod show;
 mod social;

@@ -220,7 +220,7 @@ pub struct Action {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Clause {
     Preconditions(Vec<Test>, Span),
-    Projects(Call, Span),
+    Projects(GeometricCall, Span),
     Constraints(Vec<Test>, Span),
     Alternatives(Expr, Span),
     Effects(Vec<Effect>, Span),
@@ -316,11 +316,62 @@ pub struct Function {
     pub span: Span,
 }
 
-/// `geometric pick(Agent A, any O);`
+/// `geometric pick(Agent A, any O) { ... }` (thesis: geometric action description)
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometric {
     pub name: Name,
     pub params: Vec<Param>,
+    /// `None` where it is declared only, which is for `check` to refuse.
+    pub body: Option<Vec<GeometricPart>>,
+    pub span: Span,
+}
+
+/// A line of a geometric action.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GeometricPart {
+    /// `exists hand in arms(A), grasp in grasps(O);`
+    Choices(Vec<Choice>),
+    SubAction(SubAction),
+    /// `until isReachable(O, B);`: facts that hold when all is done.
+    InTheEnd(Vec<Call>),
+    /// `pick(A, O) with hand = hand;`: all of another geometric action.
+    Call(GeometricCall),
+}
+
+/// `hand in arms(A)`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    pub name: Name,
+    pub from: Call,
+    pub span: Span,
+}
+
+/// `engage: when free(hand) moving arm(hand) straight with O until at(hand, grasp) then attach(O, hand);`
+#[derive(Debug, Clone, PartialEq)]
+pub struct SubAction {
+    pub name: Name,
+    pub when: Vec<Call>,
+    pub moving: Call,
+    pub is_straight: bool,
+    /// What is in the hand meanwhile.
+    pub carrying: Option<Name>,
+    pub until: Vec<Call>,
+    pub change: Option<Call>,
+    pub span: Span,
+}
+
+/// `pick(A, O) with hand = hand`
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeometricCall {
+    pub call: Call,
+    pub given: Vec<Binding>,
+}
+
+/// `hand = "right"`: a choice that is made already.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding {
+    pub name: Name,
+    pub value: Expr,
     pub span: Span,
 }
 

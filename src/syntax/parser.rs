@@ -6,6 +6,7 @@
 mod belief;
 mod build;
 mod expected;
+mod geometric;
 mod parts;
 mod recover;
 mod rules;

@@ -207,6 +207,8 @@ kinds! {
         "the tool is {distance:.4} m and {angle:.4} rad away from grasp `{grasp}`";
     FingersOpen { finger: String, gap: f64, width: f64 } = "fingers-open",
         "the fingers are {gap:.4} m apart by `{finger}`, the grasp is {width:.4} m wide";
+    TargetMissed { what: &'static str, distance: f64, angle: f64 } = "target-missed",
+        "the sub-action ends {distance:.4} m and {angle:.4} rad away from {what}";
     ObjectJump { object: String, distance: f64, angle: f64 } = "object-jump", "`{object}` jumps by {distance:.4} m and {angle:.4} rad";
     NotHeld { object: String, by: String } = "not-held", "`{object}` is not held by {by}";
     FingersClosed { finger: String, gap: f64, width: f64 } = "fingers-closed",

@@ -10,7 +10,7 @@ use crate::plan::{Geometry, Placement, PoseDocument};
 use crate::world::{EntityRef, Held, Object, Stable, State, Support};
 
 /// How far the tool may be from its grasp ([m], [rad]), also for a grasp's pose that was handed on.
-const GRASP: (f64, f64) = (0.002, 0.02);
+pub(super) const GRASP: (f64, f64) = (0.002, 0.02);
 /// How far the fingers may be from the object's width [m].
 const FINGERS: f64 = 0.002;
 /// How far an object may jump when it is taken or let go ([m], [rad]).
@@ -30,7 +30,7 @@ pub(super) fn between(X_WA: &Pose, X_WB: &Pose) -> (f64, f64) {
     (distance, X_WA.rotation.angle_to(&X_WB.rotation))
 }
 
-fn exceeds((distance, angle): (f64, f64), (most, turn): (f64, f64)) -> bool {
+pub(super) fn exceeds((distance, angle): (f64, f64), (most, turn): (f64, f64)) -> bool {
     // A NaN exceeds.
     !(distance <= most && angle <= turn)
 }
@@ -43,7 +43,7 @@ pub(super) struct Hand {
 }
 
 impl Hand {
-    fn name(self, bodies: &Bodies<'_>) -> String {
+    pub(super) fn name(self, bodies: &Bodies<'_>) -> String {
         let agent = &bodies.scene.agents[self.agent];
         format!("{}'s {} hand", agent.id, agent.arms[self.arm].name)
     }

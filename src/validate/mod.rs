@@ -16,6 +16,7 @@ mod decomposition;
 mod evaluate;
 mod facts;
 mod fault;
+mod geometric;
 mod handling;
 mod history;
 mod motion;

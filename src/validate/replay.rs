@@ -10,23 +10,19 @@ use rustc_hash::FxHashMap;
 use super::{
     Settings, Verdict,
     beliefs::{apply_noting, learn},
-    bodies::{Bodies, Touching},
+    bodies::Bodies,
     evaluate::{Around, Touched, View, apply},
-    facts::{self, Status},
     fault::{Checked, Fault, Kind},
-    handling::{self, Hand},
+    geometric::Played,
+    handling,
     history::History,
-    motion::{self, Mover},
     requests::{self, Asked},
     schedule::Done,
     shared::Shared,
 };
-use crate::ir::{self, Domain, EntityId, SlotId, Value};
-use crate::plan::{Action, AttachmentChange, Geometry, Motion, Plan};
-use crate::world::{EntityRef, State, World};
-
-/// How far `stack` may be off the middle of the support face [m].
-const CENTRE: f64 = 0.001;
+use crate::ir::{self, Domain, SlotId, Value};
+use crate::plan::{Action, Geometry, Plan};
+use crate::world::{State, World};
 
 /// The plan, done.
 pub(super) struct Replay<'a> {
@@ -484,193 +480,14 @@ impl<'a> Context<'a> {
         Ok(())
     }
 
-    fn entity(&self, value: Option<&Value>) -> Option<EntityRef> {
-        let Some(Value::Entity(EntityId(e))) = value else {
-            return None;
-        };
-        self.bodies.scene.find(&self.domain.entities[*e as usize].name)
-    }
-
     /// Checks the geometric action's choices against its arguments, and plays its motions.
     fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'a, '_>) -> Checked<()> {
-        // The thesis's name for it.
-        let name = if name == "placeR" { "placeReachable" } else { name };
-        let same = |what: &'static str, expected: &str, found: &str| {
-            if expected == found {
-                Ok(())
-            } else {
-                Err(Fault::from(Kind::GeometryMismatch {
-                    what,
-                    expected: expected.to_owned(),
-                    found: found.to_owned(),
-                }))
-            }
-        };
-        same("geometric action", name, &geometry.action)?;
-        let arity = match name {
-            "pick" => 2,
-            "place" | "stack" => 3,
-            "placeReachable" => 4,
-            _ => {
-                return Err(Kind::GeometryUnchecked {
-                    action: name.to_owned(),
-                }
-                .into());
-            }
-        };
-        if args.len() != arity {
-            return Err(Kind::ArgumentCount {
-                task: name.to_owned(),
-                expected: arity,
-                found: args.len(),
-            }
-            .into());
-        }
-        let shown: Vec<String> = args.iter().map(|a| self.domain.show(a)).collect();
-        same("acting agent", &shown[0], &geometry.agent)?;
-        same("handled object", &shown[1], &geometry.object)?;
-        let unknown = |what: &'static str, name: &str| Kind::UnknownName {
-            what,
-            name: name.to_owned(),
-        };
-        let (Some(EntityRef::Agent(agent)), Some(EntityRef::Object(object))) =
-            (self.entity(args.first()), self.entity(args.get(1)))
-        else {
-            return Err(unknown(
-                "agent with an object in the world",
-                &format!("{}, {}", shown[0], shown[1]),
-            )
-            .into());
-        };
-        let arms = &self.bodies.scene.agents[agent].arms;
-        let arm = arms.iter().position(|a| a.name == geometry.arm);
-        let hand = Hand {
-            agent,
-            arm: arm.ok_or_else(|| unknown("arm", &geometry.arm))?,
-        };
-        match (name, &geometry.placement) {
-            ("pick", None) => {}
-            ("pick", Some(_)) => {
-                return Err(Kind::Handling {
-                    what: "a pick has no placement".to_owned(),
-                }
-                .into());
-            }
-            (_, None) => {
-                return Err(Kind::Handling {
-                    what: format!("`{name}` needs a placement"),
-                }
-                .into());
-            }
-            (_, Some(placement)) => {
-                same("support", &shown[2], &placement.on)?;
-                let off = placement.x.abs().max(placement.y.abs());
-                if name == "stack" && off > CENTRE {
-                    return Err(Kind::Placement {
-                        what: "x, y and yaw",
-                        distance: off,
-                        angle: 0.0,
-                    }
-                    .into());
-                }
-            }
-        }
-        self.moves(name, geometry, hand, object, progress)?;
-        let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
+        let played = Played::new(self.domain, self.bodies, self.settings, name, args, geometry)?;
+        played.play(&mut progress.state, progress.verdict)?;
         if let Some(object) = handling::in_the_air(self.bodies, &progress.state, self.start) {
+            let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
             return Err(Fault::from(Kind::InTheAir { object }).at_time(end));
         }
-        if name == "placeReachable" {
-            let Some(EntityRef::Agent(other)) = self.entity(args.get(3)) else {
-                return Err(unknown("agent", &shown[3]).into());
-            };
-            let claim = facts::status(
-                self.bodies,
-                &progress.state,
-                "isReachable",
-                EntityRef::Object(object),
-                EntityRef::Agent(other),
-                Some(true),
-                self.settings,
-            );
-            progress.verdict.facts += 1;
-            if claim == Some(Status::Fails) {
-                let fact = format!("isReachable({}, {})", shown[1], shown[3]);
-                return Err(Fault::from(Kind::FactUnconfirmed { fact }).at_time(end));
-            }
-        }
-        Ok(())
-    }
-
-    /// Plays the sub-actions.
-    fn moves(
-        &self,
-        name: &str,
-        geometry: &Geometry,
-        hand: Hand,
-        object: usize,
-        progress: &mut Progress<'a, '_>,
-    ) -> Checked<()> {
-        let Progress { state, verdict, .. } = progress;
-        let (mut time, mut taken, mut left) = (0.0, 0_usize, 0_usize);
-        if name != "pick" {
-            handling::holds(self.bodies, state, hand, object, &geometry.grasp).map_err(|f| f.at_time(0.0))?;
-        }
-        for (i, sub_action) in geometry.sub_actions.iter().enumerate() {
-            // The hand comes near what it handles on a straight line, or with its fingers.
-            let touching = (sub_action.motion != Motion::Free).then_some(Touching {
-                agent: hand.agent,
-                arm: hand.arm,
-                object,
-            });
-            let mover = Mover {
-                agent: hand.agent,
-                arm: hand.arm,
-                touching,
-            };
-            let place = |f: Fault| f.later_by(time).at_time(time).in_sub_action(i, &sub_action.name);
-            motion::check(self.bodies, state, mover, sub_action, self.settings, verdict).map_err(place)?;
-            let end = time + sub_action.trajectory.duration();
-            let Some(change) = &sub_action.change else {
-                time = end;
-                continue;
-            };
-            let of = match change {
-                AttachmentChange::Attach { object, .. } | AttachmentChange::Detach { object, .. } => object,
-            };
-            let changed = if *of == geometry.object {
-                match change {
-                    AttachmentChange::Attach { object_in_tool, .. } => {
-                        taken += 1;
-                        handling::attach(self.bodies, state, hand, object, object_in_tool, geometry)
-                    }
-                    AttachmentChange::Detach { object_in_world, .. } => {
-                        left += 1;
-                        handling::detach(self.bodies, state, hand, object, object_in_world, geometry)
-                    }
-                }
-            } else {
-                Err(Kind::GeometryMismatch {
-                    what: "handled object",
-                    expected: geometry.object.clone(),
-                    found: of.clone(),
-                }
-                .into())
-            };
-            changed.map_err(|f| f.at_time(end).in_sub_action(i, &sub_action.name))?;
-            verdict.attachments += 1;
-            time = end;
-        }
-        let wanted = if name == "pick" { (1, 0) } else { (0, 1) };
-        if (taken, left) != wanted {
-            let fault = Kind::Handling {
-                what: format!(
-                    "`{name}` takes {} and lets go of {} objects, here it is {taken} and {left}",
-                    wanted.0, wanted.1
-                ),
-            };
-            return Err(Fault::from(fault).at_time(time));
-        }
-        Ok(())
+        played.in_the_end(&progress.state, progress.verdict)
     }
 }

@@ -138,6 +138,8 @@ fn gantry() -> Agent {
         camera: None,
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
+        base_limits: Default::default(),
+        manner: Default::default(),
     }
 }
 
@@ -181,6 +183,8 @@ fn human() -> Agent {
         }),
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
+        base_limits: Default::default(),
+        manner: Default::default(),
     }
 }
 
@@ -239,6 +243,7 @@ pub fn world() -> World {
             agents: vec![gantry(), human()],
             objects: vec![cube("RED"), cube("BLUE"), table()],
             virtuals: vec![],
+            human_aware: Default::default(),
         },
         start: State {
             agents: vec![

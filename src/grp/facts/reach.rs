@@ -113,7 +113,7 @@ pub(super) fn reach(
         p_WShoulder: X_WL[prepared.agents[agent].arms[arm].shoulder_link].translation.vector,
         X_KW: X_WL[body.arms[arm].base_link].inverse(),
     };
-    match &body.arms[arm].gripper {
+    match body.gripper_to_reach_with(arm) {
         Some(gripper) => limb.gripper_reaches(gripper),
         None => limb.hand_reaches(),
     }

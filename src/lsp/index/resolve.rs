@@ -95,6 +95,7 @@ impl Walk<'_> {
             Item::Geometric(g) => {
                 let id = self.index.geometrics.get(&g.name.text).copied();
                 self.head(&g.name, id, &g.params);
+                g.body.iter().flatten().for_each(|part| self.geometric_part(part));
             }
             Item::Social(social) => {
                 for rule in &social.rules {
@@ -165,14 +166,55 @@ impl Walk<'_> {
         symbol
     }
 
+    /// A choice lives from its line on.
+    fn geometric_part(&mut self, part: &GeometricPart) {
+        match part {
+            GeometricPart::Choices(choices) => {
+                for choice in choices {
+                    self.args(&choice.from);
+                    let head = format!("{} in {}", choice.name.text, choice.from.name.text);
+                    let id = self.variable(Kind::Variable, &choice.name, choice.span, head, Value::Unknown);
+                    self.scope.push(id);
+                }
+            }
+            GeometricPart::SubAction(sub_action) => {
+                sub_action.when.iter().for_each(|call| self.args(call));
+                self.args(&sub_action.moving);
+                if let Some(name) = &sub_action.carrying {
+                    let root = self.root(name);
+                    self.occurs(name, root);
+                }
+                sub_action.until.iter().for_each(|call| self.args(call));
+                sub_action.change.iter().for_each(|call| self.args(call));
+            }
+            GeometricPart::InTheEnd(facts) => facts.iter().for_each(|call| self.args(call)),
+            GeometricPart::Call(call) => self.geometric_call(call),
+        }
+    }
+
+    /// Arguments of a fact, or of a word that only geometric actions have.
+    fn args(&mut self, call: &Call) {
+        let maps = [&self.index.facts, &self.index.requests];
+        let id = maps.iter().find_map(|m| m.get(&call.name.text).copied());
+        self.occurs_if(&call.name, id);
+        call.args.iter().for_each(|a| {
+            self.expr(a);
+        });
+    }
+
+    fn geometric_call(&mut self, GeometricCall { call, given }: &GeometricCall) {
+        let id = self.index.geometrics.get(&call.name.text).copied();
+        self.occurs_if(&call.name, id);
+        let values = call.args.iter().chain(given.iter().map(|b| &b.value));
+        values.for_each(|a| {
+            self.expr(a);
+        });
+    }
+
     fn clause(&mut self, clause: &Clause) {
         match clause {
             Clause::Preconditions(tests, _) | Clause::Constraints(tests, _) => self.tests(tests),
-            Clause::Projects(call, _) => {
-                let id = self.index.geometrics.get(&call.name.text).copied();
-                self.occurs_if(&call.name, id);
-                call.args.iter().for_each(|a| self.expr(a));
-            }
+            Clause::Projects(call, _) => self.geometric_call(call),
             Clause::Effects(effects, _) => effects.iter().for_each(|e| self.effect(e)),
             Clause::Alternatives(expr, _) | Clause::Cost(expr, _) | Clause::Duration(expr, _) => self.expr(expr),
         }

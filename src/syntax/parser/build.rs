@@ -133,6 +133,9 @@ impl<'p> Builder<'p> {
                 Item::Geometric(Geometric {
                     name: self.name(p.want()),
                     params: self.params(p.want()),
+                    body: p
+                        .next()
+                        .map(|body| parts(body).map(|p| self.geometric_part(p)).collect()),
                     span,
                 })
             }
@@ -244,7 +247,7 @@ impl<'p> Builder<'p> {
         let mut p = parts(pair);
         match rule {
             Rule::preconditions => Clause::Preconditions(self.tests(p.want()), span),
-            Rule::projects => Clause::Projects(self.call(p.want()), span),
+            Rule::projects => Clause::Projects(self.geometric_call(&mut p), span),
             Rule::constraints => Clause::Constraints(self.tests(p.want()), span),
             Rule::alternatives => Clause::Alternatives(self.expr(p.want()), span),
             Rule::effects => Clause::Effects(self.effects(p.want()), span),

@@ -106,6 +106,14 @@ fn is_fixed(rule: Rule) -> bool {
             | Rule::kw_after
             | Rule::kw_function
             | Rule::kw_geometric
+            | Rule::kw_exists
+            | Rule::kw_in
+            | Rule::kw_when
+            | Rule::kw_moving
+            | Rule::kw_with
+            | Rule::kw_until
+            | Rule::kw_then
+            | Rule::kw_and
             | Rule::kw_or
             | Rule::kw_not
             | Rule::kw_forall

@@ -79,7 +79,7 @@ fn declared_in(part: &Range<usize>, place: &Place<'_>) -> Unread {
     let is_one = open.and_then(|open| partner(open, part.end, place)).is_some();
     match text(part.start, place) {
         "action" | "operator" | "method" | "task" if is_one => unread.tasks = true,
-        "function" | "fact" | "request" if is_one => unread.functions = true,
+        "function" | "fact" | "request" | "geometric" if is_one => unread.functions = true,
         "settings" | "social" if is_one => {}
         "define" if is_one && text(part.start + 1, place) == "entityAttributes" => {
             unread.attributes_of.push(text(part.start + 2, place).to_owned());
@@ -180,6 +180,7 @@ fn body(part: Range<usize>, place: &Place<'_>) -> Option<(Rule, Range<usize>)> {
         "define" => Rule::lone_attribute,
         "settings" => Rule::lone_setting,
         "social" => Rule::lone_rule,
+        "geometric" => Rule::lone_geometric_part,
         "preconditions" | "constraints" | "goal" | "empty" | "fact" => Rule::lone_test,
         "effects" => Rule::lone_effect,
         "subtasks" => Rule::lone_step,
