@@ -221,6 +221,40 @@ fn blocks(n: usize) -> Problem {
     Problem::new(&text, "All(A)")
 }
 
+/// A row of tasks, each a choice among four things, and a last one that can't be done and has to be tried to know it.
+fn row(n: usize) -> Problem {
+    let slots: String = (0..n).map(|i| format!("dynamic atom Object a{i}; ")).collect();
+    let tasks: String = (0..n)
+        .map(|i| {
+            format!(
+                "action Take{i}(Agent A, Object O) {{ effects {{ A.a{i} = O; }}; }}
+                 method Do{i}(Agent A) {{ {{ subtasks {{ O = SELECT(Object, {{}}); 1: Take{i}(A, O); }}; }} }} "
+            )
+        })
+        .collect();
+    let calls: String = (0..n)
+        .map(|i| match i {
+            0 => "0: Do0(A); ".to_owned(),
+            i => format!("{i}: Do{i}(A) > {}; ", i - 1),
+        })
+        .collect();
+    let text = format!(
+        "factdatabase {{
+           define entityType Object;
+           define entityAttributes Agent {{ {slots} dynamic atom Object last; }}
+           A = new Agent; C0 = new Object; C1 = new Object; C2 = new Object; C3 = new Object;
+         }}
+         HTN {{
+           {tasks}
+           action Last(Agent A, Object O) {{ effects {{ A.last = O; }}; }}
+           method Never(Agent A) {{ {{ subtasks {{ O = SELECT(Object, {{O == A.last;}}); 1: Last(A, O); }}; }} }}
+           method Go(Agent A) {{ {{ subtasks {{ {calls} {n}: Never(A) > {}; }}; }} }}
+         }}",
+        n - 1
+    );
+    Problem::new(&text, "Go(A)")
+}
+
 #[divan::bench(args = [1_000, 10_000, 100_000, 1_000_000])]
 fn one_select_for_each_step(bencher: Bencher<'_, '_>, steps: usize) {
     ring(steps).bench(bencher, &SETTINGS);
@@ -245,6 +279,17 @@ fn hanoi_discs(bencher: Bencher<'_, '_>, discs: usize) {
 #[divan::bench(args = [100, 1_000])]
 fn blocks_in_towers(bencher: Bencher<'_, '_>, n: usize) {
     blocks(n).bench(bencher, &SETTINGS);
+}
+
+/// No plan, after a row of choices that have no part in the failure.
+#[divan::bench(args = [4, 8, 16, 32])]
+fn choices_without_a_part_in_the_failure(bencher: Bencher<'_, '_>, n: usize) {
+    let problem = row(n);
+    let outcome = problem.solve(&SETTINGS);
+    assert_eq!(outcome.ending, engine::Ending::Exhausted);
+    bencher
+        .counter(ItemsCount::new(outcome.statistics.expansions))
+        .bench(|| problem.solve(&SETTINGS));
 }
 
 /// The plan document, with its links and its schedule.

@@ -15,7 +15,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use sgap::geom::collide::{Solid, distance, ray, touch};
 use sgap::geom::ik::{self, Target, solve};
-use sgap::geom::kinematics::{Chain, Dof, Tree};
+use sgap::geom::kinematics::batch::{Batch, X8};
+use sgap::geom::kinematics::{Chain, Dof, JointKind, Tree};
 use sgap::geom::motion::rrt_connect::{self, rrt_connect};
 use sgap::geom::motion::shortcut::{self, shortcut};
 use sgap::geom::motion::timing::{self, time};
@@ -59,6 +60,56 @@ fn fk_all_links(bencher: Bencher) {
     let q = configurations(&tree.dofs, 1);
     let (mut X_WL, mut next) = (Vec::new(), counter());
     bencher.bench_local(|| tree.link_poses_into(&Pose::identity(), black_box(&q[next()]), &mut X_WL));
+}
+
+/// What one writes first: library rotations, and a product for each transform.
+#[divan::bench]
+fn fk_all_links_naive(bencher: Bencher) {
+    let (tree, _) = pr2();
+    let q = configurations(&tree.dofs, 1);
+    let (mut X_WL, mut next) = (Vec::new(), counter());
+    bencher.bench_local(|| {
+        X_WL.clear();
+        X_WL.push(Pose::identity());
+        let q = black_box(&q[next()]);
+        for joint in &tree.joints {
+            let v = joint.value(q);
+            let moved = match joint.kind {
+                JointKind::Fixed => Pose::identity(),
+                JointKind::Revolute => Pose::new(Vec3::zeros(), joint.axis * v),
+                JointKind::Prismatic => Pose::new(joint.axis * v, Vec3::zeros()),
+            };
+            X_WL.push(X_WL[joint.parent] * joint.X_PJ * moved);
+        }
+    });
+}
+
+/// Eight configurations a call.
+#[divan::bench(counters = [divan::counter::ItemsCount::new(8_u32)])]
+fn fk_all_links_x8(bencher: Bencher) {
+    let (tree, _) = pr2();
+    let q = configurations(&tree.dofs, 1);
+    let eights: Vec<Vec<X8>> = q
+        .chunks_exact(8)
+        .map(|c| {
+            (0..tree.n_dofs())
+                .map(|d| std::array::from_fn(|lane| c[lane][d]))
+                .collect()
+        })
+        .collect();
+    let all: Vec<usize> = (0..tree.links.len()).collect();
+    let dofs: Vec<usize> = (0..tree.n_dofs()).collect();
+    let batch = Batch::new(&tree, &dofs, &all);
+    let X_WL = tree.link_poses(&Pose::identity(), &q[0]);
+    let (mut scratch, mut poses, mut next) = (Vec::new(), Vec::new(), counter());
+    bencher.bench_local(|| {
+        batch.link_poses(
+            black_box(&eights[next() % eights.len()]),
+            &X_WL,
+            &mut scratch,
+            &mut poses,
+        )
+    });
 }
 
 #[divan::bench]

@@ -218,6 +218,7 @@ fn given(world: &World, task: Option<&str>) -> Given {
             attribute: v.attribute.clone(),
             values: v.values.iter().map(literal).collect(),
             is_list: v.is_list,
+            is_implied: v.is_implied,
             span: v.span,
         })
         .collect();

@@ -7,6 +7,8 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/comfort.rs"]
+mod comfort;
 #[path = "cli/fmt.rs"]
 mod fmt;
 #[path = "cli/hddl.rs"]

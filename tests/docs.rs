@@ -24,6 +24,8 @@
 mod blocks;
 #[path = "docs/console.rs"]
 mod console;
+#[path = "docs/summary.rs"]
+mod summary;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -6,6 +6,10 @@
     reason = "the platform's own functions are the independent opinion"
 )]
 
+#[path = "geometry/checker.rs"]
+mod checker;
+#[path = "geometry/closed_form.rs"]
+mod closed_form;
 #[path = "geometry/collide.rs"]
 mod collide;
 #[path = "geometry/hull.rs"]

@@ -28,6 +28,8 @@ const BUDGET: Budget = Budget {
     depth: 60,
 };
 
+const TASK: &str = "Do0(R, CUP, 1, [CUP, BOX])";
+
 /// Every way to search.
 const WAYS: [(Cuts, sgap::engine::Strategy); 7] = [
     (Cuts::Off, sgap::engine::Strategy::DepthFirst),
@@ -58,46 +60,111 @@ fn search(text: &str, task: &str, settings: Settings) -> Run {
     run::run(text, task, Scripted::new("", &[]), &settings)
 }
 
+/// Compares everything that can be asked for with what the naive planner has found.
+fn compare(domain: &planner::Domain, interleave: bool, work: usize) -> Result<(), TestCaseError> {
+    let text = domains::text(domain);
+    let naive = plans(
+        domain,
+        1,
+        &Limits {
+            interleave,
+            depth: 50,
+            work,
+        },
+    );
+    prop_assume!(!naive.is_cut);
+    let cheapest = naive.plans.values().min().copied();
+    for (cuts, strategy) in WAYS {
+        let settings = Settings {
+            interleave,
+            cuts,
+            strategy,
+            budget: BUDGET,
+            ..FIRST
+        };
+        let task = TASK;
+        let all = search(
+            &text,
+            task,
+            Settings {
+                aim: Aim::All(100_000),
+                ..settings
+            },
+        );
+        prop_assert_eq!(all.outcome.ending, Ending::Exhausted, "{:?}\n{}", cuts, text);
+        let found: BTreeMap<String, i64> = all
+            .announced
+            .iter()
+            .map(|(plan, cost)| (plan.clone(), *cost as i64))
+            .collect();
+        prop_assert_eq!(found.len(), all.announced.len(), "a plan came twice\n{}", text);
+        prop_assert_eq!(&naive.plans, &found, "{:?}\n{}", cuts, text);
+        let best = search(
+            &text,
+            task,
+            Settings {
+                aim: Aim::Best,
+                ..settings
+            },
+        );
+        prop_assert_eq!(best.outcome.ending, Ending::Exhausted, "{}", text);
+        prop_assert_eq!(
+            best.outcome.found.as_ref().map(|f| f.cost as i64),
+            cheapest,
+            "{:?}\n{}",
+            cuts,
+            text
+        );
+        let first = search(&text, task, settings);
+        match &first.outcome.found {
+            Some(_) => prop_assert!(naive.plans.contains_key(&first.announced[0].0), "{}", text),
+            None => prop_assert!(naive.plans.is_empty() && first.is_exhausted(), "{}", text),
+        }
+        for run in [&first, &best] {
+            if run.outcome.found.is_some()
+                && let Err(fault) = second_opinion(run, &run.document())
+            {
+                return Err(TestCaseError::fail(format!("{fault}\n{text}")));
+            }
+        }
+        // A search cut short promises no more than the truth.
+        for expansions in [3, 10, 40] {
+            let budget = Budget { expansions, ..BUDGET };
+            let short = search(
+                &text,
+                task,
+                Settings {
+                    aim: Aim::Best,
+                    budget,
+                    ..settings
+                },
+            );
+            let least = short.outcome.least_cost;
+            prop_assert!(
+                cheapest.is_none_or(|c| least <= c as f64 + 1e-9),
+                "{} {:?}\n{}",
+                least,
+                cheapest,
+                text
+            );
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(config())]
 
     /// Where recursion is bounded by an argument, everything can be compared.
     #[test]
     fn the_same_plans(choices in choices(), interleave in any::<bool>()) {
-        let domain = domains::domain(&choices, false);
-        let text = domains::text(&domain);
-        let naive = plans(&domain, 1, &Limits { interleave, depth: 50, work: 3_000 });
-        prop_assume!(!naive.is_cut);
-        let cheapest = naive.plans.values().min().copied();
-        for (cuts, strategy) in WAYS {
-            let settings = Settings { interleave, cuts, strategy, budget: BUDGET, ..FIRST };
-            let task = "Do0(R, CUP, 1, [CUP, BOX])";
-            let all = search(&text, task, Settings { aim: Aim::All(100_000), ..settings });
-            prop_assert_eq!(all.outcome.ending, Ending::Exhausted, "{:?}\n{}", cuts, text);
-            let found: BTreeMap<String, i64> = all.announced.iter().map(|(plan, cost)| (plan.clone(), *cost as i64)).collect();
-            prop_assert_eq!(found.len(), all.announced.len(), "a plan came twice\n{}", text);
-            prop_assert_eq!(&naive.plans, &found, "{:?}\n{}", cuts, text);
-            let best = search(&text, task, Settings { aim: Aim::Best, ..settings });
-            prop_assert_eq!(best.outcome.ending, Ending::Exhausted, "{}", text);
-            prop_assert_eq!(best.outcome.found.as_ref().map(|f| f.cost as i64), cheapest, "{:?}\n{}", cuts, text);
-            let first = search(&text, task, settings);
-            match &first.outcome.found {
-                Some(_) => prop_assert!(naive.plans.contains_key(&first.announced[0].0), "{}", text),
-                None => prop_assert!(naive.plans.is_empty() && first.is_exhausted(), "{}", text),
-            }
-            for run in [&first, &best] {
-                if run.outcome.found.is_some() && let Err(fault) = second_opinion(run, &run.document()) {
-                    return Err(TestCaseError::fail(format!("{fault}\n{text}")));
-                }
-            }
-            // A search cut short promises no more than the truth.
-            for expansions in [3, 10, 40] {
-                let budget = Budget { expansions, ..BUDGET };
-                let short = search(&text, task, Settings { aim: Aim::Best, budget, ..settings });
-                let least = short.outcome.least_cost;
-                prop_assert!(cheapest.is_none_or(|c| least <= c as f64 + 1e-9), "{} {:?}\n{}", least, cheapest, text);
-            }
-        }
+        compare(&domains::domain(&choices, false), interleave, 3_000)?;
+    }
+
+    /// What is jumped over had no part in the failure.
+    #[test]
+    fn the_same_plans_where_tasks_are_independent(choices in choices()) {
+        compare(&domains::row(&choices), false, 5_000)?;
     }
 
     /// Where tasks come back to themselves, what is found by the definition in a bounded depth is there; a search that
@@ -230,7 +297,7 @@ proptest! {
 #[test]
 fn the_domains_are_worth_comparing() {
     let mut runner = TestRunner::new_with_rng(Config::default(), TestRng::deterministic_rng(RngAlgorithm::ChaCha));
-    let [mut whole, mut none, mut several, mut long, mut priced] = [0; 5];
+    let [mut whole, mut none, mut several, mut long, mut priced, mut jumped] = [0; 6];
     for _ in 0..300 {
         let choices = choices().new_tree(&mut runner).unwrap().current();
         let limits = Limits {
@@ -245,8 +312,16 @@ fn the_domains_are_worth_comparing() {
         long += usize::from(naive.plans.keys().any(|p| p.split(' ').count() > 3));
         let (least, most) = (naive.plans.values().min(), naive.plans.values().max());
         priced += usize::from(least != most);
+        let settings = Settings {
+            aim: Aim::All(100_000),
+            cuts: Cuts::Always,
+            budget: BUDGET,
+            ..FIRST
+        };
+        let row = search(&domains::text(&domains::row(&choices)), TASK, settings);
+        jumped += usize::from(row.outcome.statistics.jumps > 0);
     }
-    let counts = [whole, none, several, long, priced];
-    let least = [200, 60, 40, 15, 30];
+    let counts = [whole, none, several, long, priced, jumped];
+    let least = [200, 60, 40, 15, 30, 10];
     assert!(counts.iter().zip(least).all(|(n, least)| *n >= least), "{counts:?}");
 }

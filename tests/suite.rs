@@ -182,6 +182,7 @@ fn header(file: FileId, text: &str) -> (Given, Option<(String, usize)>, Levels) 
                     attribute: attribute.into(),
                     values: words[1..].iter().map(|w| literal(w)).collect(),
                     is_list: rest.contains('['),
+                    is_implied: false,
                     span,
                 });
             }

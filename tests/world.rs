@@ -4,6 +4,9 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 #![expect(clippy::unwrap_used, reason = "tests may unwrap")]
 
+#[path = "world/random.rs"]
+mod random;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -312,6 +315,16 @@ fn forward_kinematics_agree_with_pinocchio() {
     let world = world("worlds/three_objects.toml");
     compare("pr2_fk.json", &world.scene.agents[0].tree);
     compare("human_fk.json", &world.scene.agents[1].tree);
+    for (world_name, file) in [
+        ("arm", "arm7_fk.json"),
+        ("quadrotor", "quadrotor_fk.json"),
+        ("humanoid", "humanoid_fk.json"),
+    ] {
+        compare(
+            file,
+            &self::world(&format!("worlds/{world_name}.toml")).scene.agents[0].tree,
+        );
+    }
 }
 
 #[test]

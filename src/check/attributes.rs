@@ -325,6 +325,15 @@ impl Names {
         None
     }
 
+    /// Says whether there is such an entity, and its type has such an attribute.
+    pub(super) fn declares(&self, entity: &str, attribute: &str) -> bool {
+        let ty = self
+            .entities
+            .get(entity)
+            .and_then(|e| self.domain.entities.get(e.0.index()));
+        ty.is_some_and(|e| self.attribute_of(e.ty, attribute).is_some())
+    }
+
     /// Returns the attribute, or reports it with the nearest of those that `ty` has.
     pub(super) fn attribute_named(&self, ty: TypeId, name: &Name, problems: &mut Problems) -> Option<ir::AttributeId> {
         let found = self.attribute_of(ty, &name.text);

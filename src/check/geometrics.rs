@@ -411,7 +411,7 @@ impl<'c> Compiler<'c> {
             say(
                 format!("`{what}` is no place where {parts} can end"),
                 "does not fit",
-                format!("{parts} end at {other}"),
+                format!("what moves can end at {other}"),
             );
             return;
         }

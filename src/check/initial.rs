@@ -117,6 +117,9 @@ fn change(set: &mut Value, op: AssignOp, member: Value) {
 
 /// Applies one line of the world's `[state]`.
 fn given_value(value: &GivenValue, names: &mut Names, problems: &mut Problems) {
+    if value.is_implied && !names.declares(&value.entity, &value.attribute) {
+        return;
+    }
     let Some(entity) = names.entities.get(&value.entity).map(|e| e.0) else {
         let candidates = names.entities.keys().map(String::as_str);
         let mut problem = problems::unknown("hatp::unknown-name", "entity", &value.entity, value.span, candidates);

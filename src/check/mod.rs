@@ -73,6 +73,8 @@ pub struct GivenValue {
     pub values: Vec<GivenLiteral>,
     /// Whether the file wrote an array.
     pub is_list: bool,
+    /// Whether it is left out where the domain declares no such attribute.
+    pub is_implied: bool,
     pub span: Span,
 }
 

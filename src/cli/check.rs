@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::Inputs;
-use super::output::{Failure, say};
+use super::output::{Failure, note};
 
 /// What to check.
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         counted(checked.entities.len(), "entity", "entities"),
         counted(checked.attributes.len(), "attribute", "attributes"),
     ];
-    say(&format!("no errors: {}\n", parts.join(", ")));
+    note(&format!("no errors: {}\n", parts.join(", ")));
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::output::{Failure, print, say, write_file};
+use super::output::{Failure, note, print, say, write_file};
 use super::{code, report};
 use sgap::Disk;
 use sgap::diag::render::fitted;
@@ -47,7 +47,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
                     print(&new)?;
                 } else if old != new {
                     write_file(path, &new)?;
-                    say(&format!("formatted {}\n", path.display()));
+                    note(&format!("formatted {}\n", path.display()));
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::output::{Failure, check_place, deliver, say};
+use super::output::{Failure, check_place, deliver, note};
 use super::problems::{ProblemOptions, To};
 use sgap::load::import_pair;
 use sgap::planner::Disk;
@@ -41,7 +41,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     };
     deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
     if let Some(path) = &options.output {
-        say(&format!("plan it with: sgap plan {} --task '{task}'\n", path.display()));
+        note(&format!("plan it with: sgap plan {} --task '{task}'\n", path.display()));
     }
     Ok(())
 }

@@ -3,18 +3,23 @@
 mod check;
 mod doc;
 mod explain;
+mod export;
 mod facts;
 mod fmt;
 mod import;
 mod lsp;
+mod new;
 mod output;
+mod picture;
 mod plan;
 mod problems;
 mod progress;
 mod repair;
+mod reproduce;
 mod trace;
 mod validate;
 mod view;
+mod watch;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -22,9 +27,10 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use output::{Failure, say};
+use output::{Failure, Verbosity, note, say};
 use problems::{Form, ProblemOptions, To};
 use sgap::diag::levels::Levels;
+use sgap::diag::suggest::did_you_mean;
 use sgap::diag::{Problem, Problems};
 use sgap::hddl::Names;
 use sgap::ir;
@@ -65,6 +71,12 @@ Exit codes: 0 done; 1 problems in the input; 2 wrong usage; 10 no plan exists; \
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Say nothing but the answer and what is wrong
+    #[arg(short, long, global = true, help_heading = "Output")]
+    quiet: bool,
+    /// Say more: counts and times of a search, as `--stats` does
+    #[arg(short, long, global = true, conflicts_with = "quiet", help_heading = "Output")]
+    verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -139,6 +151,37 @@ enum Command {
   sgap view worlds/three_objects.toml
   sgap view worlds/three_objects.toml plan.json")]
     View(view::Options),
+    /// Run the experiments of Gharbi's thesis and print its figures beside ours
+    #[command(after_help = "Examples:
+  sgap reproduce --runs 3
+  sgap reproduce 4.3")]
+    Reproduce(reproduce::Options),
+    /// Plan again whenever one of the files is saved; Ctrl-C ends it
+    #[command(after_help = "Takes what `sgap plan` takes:
+  sgap watch domains/three_objects.hatp worlds/three_objects.toml")]
+    Watch(plan::Options),
+    /// Make a folder with a small domain, a world and a test that run
+    #[command(after_help = "Examples:
+  sgap new kitchen
+  sgap plan kitchen/kitchen.hatp kitchen/kitchen.toml")]
+    New(new::Options),
+    /// Print what a shell needs to complete this program's commands and options
+    #[command(after_help = "Examples:
+  sgap completions bash > ~/.local/share/bash-completion/completions/sgap
+  sgap completions zsh > ~/.zfunc/_sgap
+  sgap completions fish > ~/.config/fish/completions/sgap.fish")]
+    Completions {
+        /// Whose
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page of this program, or of one of its commands
+    #[command(after_help = "Examples:
+  sgap man > sgap.1
+  sgap man plan > sgap-plan.1")]
+    Man {
+        /// Command, such as `plan`
+        command: Option<String>,
+    },
     /// Answer an editor over the Language Server Protocol, on the standard input and output
     #[command(after_help = "An editor starts it: see docs/editors.md.")]
     Lsp(lsp::Options),
@@ -184,6 +227,19 @@ impl Inputs {
         self.problems.report(problems, &sources, value, to)
     }
 
+    /// Returns the names of the files, each once, for headings.
+    fn title(&self) -> String {
+        let name = |path: &Path| {
+            path.file_stem()
+                .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+        };
+        let first = name(&self.domain);
+        match self.world.as_deref().map(name) {
+            Some(second) if second != first => format!("{first}, {second}"),
+            _ => first,
+        }
+    }
+
     fn load(&self) -> Result<Input, Failure> {
         self.load_to(To::Error)
     }
@@ -218,7 +274,7 @@ impl Inputs {
             return self.problems.report(problems, &Sources::default(), None, To::Error);
         };
         if input.is_granted {
-            say("note: without a world file all that asks geometry is taken as granted\n");
+            note("note: without a world file all that asks geometry is taken as granted\n");
         }
         Ok(Ready {
             domain: input.domain,
@@ -283,17 +339,55 @@ fn no_geometry(why: impl std::fmt::Display) -> Failure {
     fail(Problem::unplaced("world::no-geometry", why.to_string()))
 }
 
+fn completions(shell: clap_complete::Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "sgap", &mut script);
+    output::deliver(None, &mut |out| out.write_all(&script))
+}
+
+/// Prints the manual page of a command, or of the program.
+fn manual(name: Option<&str>) -> Result<(), Failure> {
+    let mut all = Cli::command().disable_help_subcommand(true);
+    // Fills in what subcommands have from the program: the version, options for all.
+    all.build();
+    let command = match name {
+        None => all,
+        Some(name) => {
+            let names: Vec<String> = all.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+            let Some(command) = all.find_subcommand(name) else {
+                let help = did_you_mean(name, names.iter().map(String::as_str));
+                let help = help.unwrap_or_else(|| format!("there are {}", names.join(", ")));
+                say(&format!("error: there is no command `{name}`\nhelp: {help}\n"));
+                return Err(Failure::Code(code::WRONG_USAGE));
+            };
+            // As its file is called, sgap-plan.1.
+            command
+                .clone()
+                .name(format!("sgap-{name}"))
+                .display_name(format!("sgap-{name}"))
+        }
+    };
+    let mut page = Vec::new();
+    let written = clap_mangen::Man::new(command).render(&mut page);
+    written.map_err(|e| Failure::Output(e.to_string()))?;
+    output::deliver(None, &mut |out| out.write_all(&page))
+}
+
 /// Runs the program and returns its exit code.
 pub(crate) fn run() -> ExitCode {
     let matches = Cli::command().get_matches();
     if let Some((name, options)) = matches.subcommand()
-        && name != "plan"
-        && matches!(options.try_get_one("format"), Ok(Some(Form::Ipc)))
+        && let Ok(Some(form)) = options.try_get_one::<Form>("format")
+        && let Some(message) = form.refused_by(name)
     {
-        let message = "only `sgap plan` of a pair of HDDL files has a plan to write with `--format ipc`\n";
         Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    output::set_verbosity(match (cli.quiet, cli.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Verbose,
+        (false, false) => Verbosity::Normal,
+    });
     let result = match &cli.command {
         Command::Plan(options) => plan::run(options),
         Command::Validate(options) => validate::run(options),
@@ -305,6 +399,11 @@ pub(crate) fn run() -> ExitCode {
         Command::Import(options) => import::run(options),
         Command::Facts(options) => facts::run(options),
         Command::View(options) => view::run(options),
+        Command::Reproduce(options) => reproduce::run(options),
+        Command::Watch(options) => watch::run(options),
+        Command::New(options) => new::run(options),
+        Command::Completions { shell } => completions(*shell),
+        Command::Man { command } => manual(command.as_deref()),
         Command::Lsp(options) => lsp::run(options),
     };
     match result {

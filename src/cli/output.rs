@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// How a command failed.
 #[derive(Debug)]
@@ -15,6 +16,36 @@ pub(super) enum Failure {
 /// Writes to the standard error. Where its reader went away there is nobody left to tell.
 pub(super) fn say(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// How much is said besides answers and problems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verbosity {
+    /// Nothing.
+    Quiet,
+    /// Notes and progress.
+    Normal,
+    /// Counts and times, too.
+    Verbose,
+}
+
+/// Set once, before any command runs.
+static VERBOSITY: OnceLock<Verbosity> = OnceLock::new();
+
+pub(super) fn set_verbosity(verbosity: Verbosity) {
+    // Nobody sets it twice.
+    let _ = VERBOSITY.set(verbosity);
+}
+
+pub(super) fn verbosity() -> Verbosity {
+    VERBOSITY.get().copied().unwrap_or(Verbosity::Normal)
+}
+
+/// Says what is neither an answer nor a problem; nothing under `--quiet`.
+pub(super) fn note(text: &str) {
+    if verbosity() != Verbosity::Quiet {
+        say(text);
+    }
 }
 
 /// Writes to the standard output. A reader that went away (`| head`) is no error.

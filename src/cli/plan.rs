@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 
-use super::output::{Failure, check_place, deliver, say};
+use super::export;
+use super::output::{Failure, Verbosity, check_place, deliver, note, say, verbosity};
 use super::problems::Form;
 use super::progress::Progress;
 use super::repair::RepairOptions;
@@ -30,16 +31,16 @@ pub(super) struct Options {
     #[command(flatten)]
     repair: RepairOptions,
     /// Write the whole plan with its trajectories as JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
     /// Write to this file instead of the standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Option<PathBuf>,
     /// Write all that the search does to this file, as JSON lines; `sgap trace FILE` reads it
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     trace: Option<PathBuf>,
     /// Write times into the trace, too: then no two runs write the same bytes
-    #[arg(long, requires = "trace")]
+    #[arg(long, requires = "trace", help_heading = "Output")]
     trace_times: bool,
 }
 
@@ -48,45 +49,45 @@ pub(super) struct Options {
 pub(super) struct SearchOptions {
     /// Geometric alternatives tried per action, the first included; or `adaptive`: more for actions whose alternatives lead
     /// further
-    #[arg(long, value_name = "N", default_value = "3", value_parser = branching)]
+    #[arg(long, value_name = "N", default_value = "3", value_parser = branching, help_heading = "Search")]
     branching: Branching,
     /// In which order choices are tried; all but `depth-first` begin again until nothing is left out
-    #[arg(long, value_enum, default_value_t = Order::DepthFirst)]
+    #[arg(long, value_enum, default_value_t = Order::DepthFirst, help_heading = "Search")]
     strategy: Order,
     /// Go on to the cheapest plan; each better one is announced as it comes
-    #[arg(long)]
+    #[arg(long, help_heading = "Search")]
     best: bool,
     /// Find up to N plans, no two of the same sequence of actions; the standard error says why there are fewer
-    #[arg(long, value_name = "N", conflicts_with = "best", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", conflicts_with = "best", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Search")]
     all: Option<u32>,
     /// Let unordered subtasks mix step by step, instead of doing each as one block; `--interleave=false` wins over the
     /// domain's settings
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true)]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Search")]
     interleave: Option<bool>,
     /// Try even what repeats itself or is known to fail; for comparison
-    #[arg(long)]
+    #[arg(long, help_heading = "Search")]
     no_cuts: bool,
     /// Seed of every random choice: same input, same seed, same plan
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Search")]
     seed: u64,
     /// Placements tried per geometric action
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000), help_heading = "Limits")]
     placements: u32,
     /// Tasks taken up before the search gives up
-    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 10_000_000, help_heading = "Limits")]
     max_expansions: u64,
     /// Tasks taken up by the search that is made again where tasks came back to themselves; 0: none is made [default: 10
     /// times as many as before and at least 10000, with 2 times as many geometric actions and at least 100]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = "Limits")]
     max_fall_back: Option<u64>,
     /// Methods inside methods before a branch gives up
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    #[arg(long, value_name = "N", default_value_t = 100_000, help_heading = "Limits")]
     max_depth: usize,
     /// Seconds before the search ends with the best plan so far
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, help_heading = "Limits")]
     timeout: Option<Duration>,
     /// Print counts and times of the search to the standard error
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     stats: bool,
 }
 
@@ -160,6 +161,11 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         say("error: `--format ipc` is for a pair of HDDL files, and not together with `--json`\n");
         return Err(Failure::Code(code::WRONG_USAGE));
     }
+    let form = options.inputs.problems.format.export();
+    if form.is_some() && (options.json || options.search.all.is_some()) {
+        say("error: this `--format` writes one plan: not together with `--json` or `--all`\n");
+        return Err(Failure::Code(code::WRONG_USAGE));
+    }
     let kept = options.repair.kept(&ready)?;
     let mut sink = match &options.trace {
         Some(path) => {
@@ -171,7 +177,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     };
     let observer = sink.as_mut().map(|s| &mut s.writer as &mut dyn Observer);
     // The table shows no decomposition.
-    let decomposition = options.json || as_ipc;
+    let decomposition = options.json || as_ipc || form.is_some();
     let repair = Some((&options.repair, kept.as_slice()));
     let plans = search_all(&ready, &options.search, repair, observer, decomposition);
     let is_traced = sink.map_or(Ok(()), trace::Sink::finish);
@@ -183,6 +189,11 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         let texts: Option<Vec<String>> = plans.iter().map(|plan| hddl::ipc(plan, names)).collect();
         let not_whole = || Failure::Output("can't write another task than the problem's as `--format ipc`".into());
         let text = texts.ok_or_else(not_whole)?.join("\n");
+        deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
+        return is_traced;
+    }
+    if let Some(form) = form {
+        let text = export::text(form, &ready.world, plans.first(), &options.inputs.title())?;
         deliver(options.output.as_deref(), &mut |out| out.write_all(text.as_bytes()))?;
         return is_traced;
     }
@@ -260,7 +271,7 @@ fn search_all(
     let answer = planner::search(&ready.domain, world, &ready.goal, settings);
     drop(progress);
     let answer = answer.map_err(|problem| super::fail(*problem))?;
-    if options.stats {
+    if options.stats || verbosity() == Verbosity::Verbose {
         say(&statistics(
             &answer.statistics,
             answer.geometry.as_ref(),
@@ -274,7 +285,7 @@ fn search_all(
     let Some(plan) = answer.plan() else {
         say(&no_plan(&answer, options, timed_out));
         if !is_traced && answer.statistics.expansions > 1 {
-            say(TRACE_HINT);
+            note(TRACE_HINT);
         }
         return Err(Failure::Code(match answer.ending {
             Ending::FirstPlan | Ending::Exhausted => code::NO_PLAN,
@@ -285,10 +296,10 @@ fn search_all(
     if options.best {
         let ended = how_it_ended(answer.ending, options, timed_out);
         let gap = gap(answer.ending, plan.cost, answer.least_cost);
-        say(&format!("best plan{ended}{gap}\n"));
+        note(&format!("best plan{ended}{gap}\n"));
     }
     if let Some(wanted) = options.all {
-        say(&how_many(&answer, wanted, options, timed_out));
+        note(&how_many(&answer, wanted, options, timed_out));
     }
     Ok(answer.plans)
 }

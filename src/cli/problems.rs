@@ -11,7 +11,7 @@ use sgap::source::Sources;
 /// What the user asks for.
 #[derive(Debug, Args)]
 pub(super) struct ProblemOptions {
-    /// Form in which problems are printed
+    /// Form in which problems are printed; of `plan` and `view` also that of the answer
     #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Human, help_heading = "Problems")]
     pub format: Form,
     /// Count this warning as an error; `warnings` stands for all
@@ -36,6 +36,16 @@ pub(super) enum Form {
     Json,
     /// `plan` of an HDDL pair only: the plan in the form of the planning competition; problems as `human`
     Ipc,
+    /// `plan` and `view` only, problems as `human`: the scene with its animation as glTF 2.0, for any 3D viewer
+    Gltf,
+    /// So, too: the trajectories as a table
+    Csv,
+    /// So, too: the trajectories as ROS 2 messages `trajectory_msgs/JointTrajectory` in YAML
+    Ros,
+    /// So, too: the world around the robot as a MoveIt planning scene in YAML
+    Moveit,
+    /// So, too: the decomposition tree and the causal links as a graph for Graphviz
+    Dot,
 }
 
 /// Where problems go.
@@ -91,11 +101,13 @@ impl ProblemOptions {
         let problems = self.levels().apply(problems, sources);
         if !problems.0.is_empty() {
             let text = match self.format {
-                Form::Human | Form::Ipc => render::render(&problems, sources, output::stderr_has_colors()),
                 Form::Concise => render::render_concise(&problems, sources),
                 Form::Json => json::lines(&problems, sources),
+                Form::Human | Form::Ipc | Form::Gltf | Form::Csv | Form::Ros | Form::Moveit | Form::Dot => {
+                    render::render(&problems, sources, output::stderr_has_colors())
+                }
             };
-            if to == To::Output && self.format != Form::Human {
+            if to == To::Output && matches!(self.format, Form::Concise | Form::Json) {
                 print(&text)?;
             } else {
                 say(&text);

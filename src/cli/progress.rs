@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::say;
+use super::output::{Verbosity, note, verbosity};
 
 /// Shows that work goes on, from a second after its creation until it is dropped.
 #[derive(Debug)]
@@ -25,7 +25,9 @@ impl Progress {
         let (done, ended) = channel();
         let shared = Arc::clone(&bar);
         let thread = std::thread::spawn(move || {
-            if ended.recv_timeout(Duration::from_secs(1)) != Err(RecvTimeoutError::Timeout) {
+            if ended.recv_timeout(Duration::from_secs(1)) != Err(RecvTimeoutError::Timeout)
+                || verbosity() == Verbosity::Quiet
+            {
                 return;
             }
             let spinner = ProgressBar::new_spinner()
@@ -46,11 +48,11 @@ impl Progress {
         }
     }
 
-    /// Writes a line to the standard error, above the progress line if there is one.
+    /// Notes a line, above the progress line if there is one.
     pub(super) fn say(&self, text: &str) {
         match &*self.bar.lock().unwrap_or_else(PoisonError::into_inner) {
-            Some(bar) => bar.suspend(|| say(text)),
-            None => say(text),
+            Some(bar) => bar.suspend(|| note(text)),
+            None => note(text),
         }
     }
 }

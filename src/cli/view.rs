@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::output::{Failure, check_place, say, write_file};
+use super::output::{Failure, check_place, deliver, note, say, write_file};
 use super::plan::{SearchOptions, search};
-use super::{Inputs, code, load_world, read_plan};
+use super::{Inputs, code, export, load_world, picture, read_plan};
 use sgap::plan::Plan;
-use sgap::report::html;
+use sgap::report::{html, svg};
 use sgap::world::World;
 
 /// What to show, and where.
@@ -20,23 +20,54 @@ pub(super) struct Options {
     inputs: Inputs,
     #[command(flatten)]
     search: SearchOptions,
-    /// The page to write
-    #[arg(short, long, value_name = "FILE", default_value = "page.html")]
-    output: PathBuf,
+    /// What to write [default: page.html; with a `--format` other than a page's, the standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Write the page only; else a browser shows it, if the command runs on a terminal
     #[arg(long)]
     no_open: bool,
+    /// Write a picture for papers, too: top view with the ways of the tools, schedule, decomposition
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Write a picture of the page, too; a Chromium or Chrome in the PATH draws it
+    #[arg(long, value_name = "FILE")]
+    png: Option<PathBuf>,
+    /// Instant of the plan that `--png` shows [s]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, requires = "png", value_parser = instant)]
+    at: f64,
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    check_place(&options.output)?;
+    for path in [&options.output, &options.svg, &options.png].into_iter().flatten() {
+        check_place(path)?;
+    }
+    let form = options.inputs.problems.format.export();
+    let default = Path::new("page.html");
+    let output = options.output.as_deref();
+    if form.is_none() && output.is_none() {
+        check_place(default)?;
+    }
     let (world, plan) = content(options)?;
-    let page = html::page(&world.scene, &world.start, plan.as_ref(), &title(&options.inputs));
-    write_file(&options.output, &page)?;
-    say(&format!("{} written\n", options.output.display()));
+    let (world, plan, title) = (&world, plan.as_ref(), options.inputs.title());
+    if let Some(path) = &options.svg {
+        write_file(path, &svg::write(&world.scene, &world.start, plan, &title))?;
+        note(&format!("{} written\n", path.display()));
+    }
+    let page = || html::page(&world.scene, &world.start, plan, &title);
+    if let Some(path) = &options.png {
+        picture::write(&page(), options.at, path)?;
+        note(&format!("{} written\n", path.display()));
+    }
+    if let Some(form) = form {
+        let text = export::text(form, world, plan, &title)?;
+        return deliver(output, &mut |out| out.write_all(text.as_bytes()));
+    }
+    let output = output.unwrap_or(default);
+    write_file(output, &page())?;
+    note(&format!("{} written\n", output.display()));
     if !options.no_open
         && std::io::stderr().is_terminal()
-        && let Err(why) = opener::open(&options.output)
+        && let Err(why) = opener::open(output)
     {
         say(&format!(
             "no browser could be started ({why}); open the page yourself\n"
@@ -83,15 +114,7 @@ fn kind(path: &Path) -> &str {
     path.extension().and_then(OsStr::to_str).unwrap_or_default()
 }
 
-/// Returns the names of the files, each once.
-fn title(inputs: &Inputs) -> String {
-    let name = |path: &Path| {
-        path.file_stem()
-            .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
-    };
-    let first = name(&inputs.domain);
-    match inputs.world.as_deref().map(name) {
-        Some(second) if second != first => format!("{first}, {second}"),
-        _ => first,
-    }
+fn instant(text: &str) -> Result<f64, String> {
+    let t = text.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0);
+    t.ok_or_else(|| "write a number of seconds from 0 on".into())
 }

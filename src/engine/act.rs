@@ -3,12 +3,15 @@
 use super::ground;
 use super::objective::Touched;
 use super::observe::Event;
-use super::outcome::{Node, Step};
+use super::outcome::{Charge, Step};
 use super::reasoner::{Call, GasNum, Projection};
 use super::refusals::Kind;
 use super::search::{Flow, Point, Search};
-use crate::ir::{ActionId, TaskId, Value};
+use crate::ir::{ActionId, SlotId, TaskId, Value};
 use crate::plan::Refusal;
+
+/// HEURISTIC: charges looked at for one that is the same.
+const NEAR_CHARGES: usize = 4;
 
 impl Search<'_> {
     /// Tests an action's precondition, projects it, and applies it.
@@ -19,7 +22,8 @@ impl Search<'_> {
             return flow;
         }
         let frame = self.extend(node, id);
-        if !self.passes(&action.preconditions, node, frame, 0) {
+        let prepared = self.prepared.action(id);
+        if !self.passes((&action.preconditions, &prepared.preconditions), node, frame, 0) {
             return Flow::Back;
         }
         let Some(projection) = &action.projects else {
@@ -103,15 +107,16 @@ impl Search<'_> {
     fn extend(&mut self, node: u32, id: ActionId) -> usize {
         let action = &self.context.domain.actions[id.index()];
         let frame = self.tree.nodes[node as usize].frame as usize;
-        let n_vars = action.n_vars.max(action.params.len());
-        self.tree.values.resize(frame + n_vars, Value::Null);
+        for _ in self.tree.values.len()..frame + action.n_vars {
+            self.tree.values.push(Value::Null);
+        }
         frame
     }
 
     /// Notes what an action's precondition, the arguments of its projection and its constraints read, in the world state
     /// before the action.
     fn read_before(&mut self, node: u32) {
-        let TaskId::Action(id) = self.tree.nodes[node as usize].task else {
+        let TaskId::Action(id) = self.tree.task(node) else {
             return;
         };
         let action = &self.context.domain.actions[id.index()];
@@ -131,8 +136,9 @@ impl Search<'_> {
     /// Applies the effects; after a projection all shared attributes are read anew from geometry (thesis 4.3.5).
     /// `projected` is the point before the projection, and what it gave. What the action has read so far is noted.
     fn apply_action(&mut self, node: u32, projected: Option<(Point, Projection)>) -> Flow {
-        let Node { task, .. } = self.tree.nodes[node as usize];
-        let TaskId::Action(id) = task else { return Flow::Back };
+        let TaskId::Action(id) = self.tree.task(node) else {
+            return Flow::Back;
+        };
         let action = &self.context.domain.actions[id.index()];
         let geometric = projected.map_or((0.0, 0.0), |(_, p)| (p.cost, p.duration));
         let n_reads = self.context.reads.len();
@@ -141,8 +147,10 @@ impl Search<'_> {
             self.context.reads.truncate(n_reads);
             (self.context.projection, self.context.is_late) = (geometric, projected.is_some());
             let values = &mut self.tree.values[frame..];
-            let numbers =
-                [&action.cost, &action.duration.0, &action.duration.1].map(|e| self.context.number(e, values));
+            let numbers = match self.prepared.action(id).numbers {
+                Some(numbers) => numbers.map(Some),
+                None => [&action.cost, &action.duration.0, &action.duration.1].map(|e| self.context.number(e, values)),
+            };
             self.written.clear();
             self.context.apply(&action.effects, values, &mut self.written);
             (self.context.projection, self.context.is_late) = ((0.0, 0.0), false);
@@ -174,13 +182,16 @@ impl Search<'_> {
         self.context.learn(action, args, &mut self.written);
         self.cost += cost;
         let slots = self.note_slots();
-        self.steps.push(Step {
-            action: id,
-            node,
+        let charge = self.charge(Charge {
             gas: projected.map(|(_, p)| p.gas),
             geometric,
             cost,
             duration: (least.max(geometric.1), most.max(geometric.1)),
+        });
+        self.steps.push(Step {
+            action: id,
+            node,
+            charge,
             slots,
         });
         self.tell(|search| Event::Applied {
@@ -195,26 +206,42 @@ impl Search<'_> {
                 reads: &self.slots[from..to],
                 writes: &self.slots[to..end],
             };
-            objective.push(&mut self.context, &self.tree, step, touched);
+            let charge = &self.charges[charge as usize];
+            objective.push(&mut self.context, &self.tree, (step, charge), touched);
         }
         let guard = self.guard();
         self.agenda.finish(self.prepared, node, guard);
         self.too_costly().unwrap_or(Flow::Forward)
     }
 
-    /// Writes down what the action at hand has read and written, each slot once; returns where.
-    fn note_slots(&mut self) -> [u32; 3] {
-        let mut ends = [self.slots.len() as u32; 3];
-        for (list, end) in [&mut self.context.reads, &mut self.written].into_iter().zip(1..) {
-            list.sort_unstable();
-            list.dedup();
-            self.slots.append(list);
-            ends[end] = self.slots.len() as u32;
+    /// Returns where what a step costs is written down: where one of the last steps cost the same, it is there.
+    fn charge(&mut self, charge: Charge) -> u32 {
+        let near = self.charges.len().saturating_sub(NEAR_CHARGES);
+        if let Some(at) = self.charges[near..].iter().rposition(|c| *c == charge) {
+            return (near + at) as u32;
         }
+        self.charges.push(charge);
+        self.charges.len() as u32 - 1
+    }
+
+    /// Writes down what the action at hand has read of what may change, and what it has written, each slot once; returns
+    /// where.
+    fn note_slots(&mut self) -> [u32; 3] {
+        self.note_reads();
+        let is_fixed = &self.prepared.is_fixed;
+        let mut ends = [self.slots.len() as u32; 3];
+        for slot in self.context.reads.drain(..).filter(|slot| !is_fixed[slot.index()]) {
+            insert(&mut self.slots, ends[0] as usize, slot);
+        }
+        ends[1] = self.slots.len() as u32;
+        for slot in self.written.drain(..) {
+            insert(&mut self.slots, ends[1] as usize, slot);
+        }
+        ends[2] = self.slots.len() as u32;
         if self.shared.is_empty() {
             for slot in &self.slots[ends[1] as usize..] {
                 let value = self.context.state.get(*slot).cloned().unwrap_or_default();
-                self.news.push((*slot, value));
+                self.news.push(value);
             }
         }
         ends
@@ -243,5 +270,18 @@ impl Search<'_> {
             what,
             value,
         })
+    }
+}
+
+/// Puts a slot where it belongs in the list, in order, that begins at `from`, unless it is there.
+#[inline]
+fn insert(slots: &mut Vec<SlotId>, from: usize, slot: SlotId) {
+    match slots[from..].last() {
+        Some(last) if slot <= *last => {
+            if let Err(at) = slots[from..].binary_search(&slot) {
+                slots.insert(from + at, slot);
+            }
+        }
+        _ => slots.push(slot),
     }
 }

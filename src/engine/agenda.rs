@@ -148,6 +148,17 @@ impl Agenda {
         self.head = self.cells.len() as u32 - 1;
     }
 
+    /// Returns the subtask that comes next, with its cell, where the order of the first cell says at once that there is no other.
+    #[inline]
+    pub fn only_ready(&self, prepared: &Prepared) -> Option<(u32, u32)> {
+        if self.interleave {
+            return None;
+        }
+        let cell = self.cells.get(self.head as usize)?;
+        let chain = prepared.order(cell.order).chain.as_ref()?;
+        chain.get(cell.begun as usize).map(|subtask| (self.head, *subtask))
+    }
+
     /// Returns the first ready subtask from `subtask` of `cell` on, with its cell.
     pub fn ready(&self, prepared: &Prepared, cell: u32, subtask: u32) -> Option<(u32, u32)> {
         let (mut at, mut from) = (cell, subtask as usize);

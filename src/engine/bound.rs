@@ -5,14 +5,16 @@
 //! solution of these equations is approached from below, so that every round gives a bound. Sums are kept in whole
 //! units of 2^-20, rounded down, so that adding and taking away leaves no trace of rounding.
 
-use super::prepare::is_static;
-use crate::ir::{ArithmeticOp, Domain, Expr, TaskId, Value};
+use super::fold::Fixed;
+use crate::ir::{ArithmeticOp, Domain, Expr, MethodId, TaskId, Value};
 
 /// The least cost of each task.
 #[derive(Debug)]
 pub(super) struct Bounds {
     actions: Vec<u64>,
     methods: Vec<u64>,
+    /// The sum of each decomposition's subtasks.
+    sums: Vec<Vec<u64>>,
 }
 
 const UNITS: f64 = 1_048_576.0;
@@ -27,14 +29,15 @@ pub(super) fn cost(units: u64) -> f64 {
 }
 
 impl Bounds {
-    pub fn new(domain: &Domain) -> Self {
+    pub fn new(domain: &Domain, fixed: &Fixed) -> Self {
         let action = |a: &crate::ir::Action| {
-            let least = range(domain, &a.cost).0.max(0.0) * UNITS;
+            let least = range(domain, fixed, &a.cost).0.max(0.0) * UNITS;
             (least.floor() as u64).min(MOST)
         };
         let mut bounds = Bounds {
             actions: domain.actions.iter().map(action).collect(),
             methods: vec![0; domain.methods.len()],
+            sums: Vec::new(),
         };
         for _ in 0..ROUNDS {
             let next: Vec<u64> = domain.methods.iter().map(|m| bounds.method(m)).collect();
@@ -43,6 +46,8 @@ impl Bounds {
             }
             bounds.methods = next;
         }
+        let sums = |m: &crate::ir::Method| m.decompositions.iter().map(|d| bounds.sum(d)).collect();
+        bounds.sums = domain.methods.iter().map(sums).collect();
         bounds
     }
 
@@ -54,9 +59,14 @@ impl Bounds {
         sums.min().unwrap_or(0).min(MOST)
     }
 
-    /// Returns the least cost of all subtasks of a decomposition.
-    pub fn sum(&self, decomposition: &crate::ir::Decomposition) -> u64 {
+    fn sum(&self, decomposition: &crate::ir::Decomposition) -> u64 {
         decomposition.subtasks.iter().map(|s| self.task(s.task)).sum()
+    }
+
+    /// Returns the least cost of all subtasks of a method's decomposition.
+    #[inline]
+    pub fn of(&self, method: MethodId, decomposition: usize) -> u64 {
+        self.sums[method.index()][decomposition]
     }
 
     /// Returns the least cost of a task.
@@ -71,10 +81,10 @@ impl Bounds {
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// Returns an interval that holds every number which the expression can have.
-fn range(domain: &Domain, expr: &Expr) -> (f64, f64) {
+fn range(domain: &Domain, fixed: &Fixed, expr: &Expr) -> (f64, f64) {
     match expr {
         Expr::Const(Value::Number(x)) => (*x, *x),
-        Expr::Attribute { attribute, .. } if is_static(domain, *attribute) => {
+        Expr::Attribute { attribute, .. } if fixed.has(*attribute) => {
             let slots = domain.slots_of(*attribute);
             let numbers = slots.filter_map(|slot| match domain.initial[slot.index()] {
                 Value::Number(x) => Some(x),
@@ -86,11 +96,11 @@ fn range(domain: &Domain, expr: &Expr) -> (f64, f64) {
         }
         Expr::Size(_) | Expr::GeometricCost | Expr::GeometricDuration => (0.0, f64::INFINITY),
         Expr::Negate(inner) => {
-            let (lo, hi) = range(domain, inner);
+            let (lo, hi) = range(domain, fixed, inner);
             (-hi, -lo)
         }
         Expr::Arithmetic { op, left, right } => {
-            let (a, b) = (range(domain, left), range(domain, right));
+            let (a, b) = (range(domain, fixed, left), range(domain, fixed, right));
             let result = match op {
                 ArithmeticOp::Add => (a.0 + b.0, a.1 + b.1),
                 ArithmeticOp::Subtract => (a.0 - b.1, a.1 - b.0),

@@ -56,7 +56,7 @@ impl Search<'_> {
     }
 
     fn is_adaptive(&self, node: u32) -> Option<ActionId> {
-        let TaskId::Action(id) = self.tree.nodes.get(node as usize).filter(|_| node != NONE)?.task else {
+        let TaskId::Action(id) = self.tree.nodes.get(node as usize).filter(|_| node != NONE)?.task() else {
             return None;
         };
         let has_own = self.context.domain.actions[id.index()].alternatives.is_some();

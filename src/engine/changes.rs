@@ -1,27 +1,21 @@
 //! What each action of a finished plan changed.
 
 use super::eval::Context;
-use super::outcome::{Found, Step};
+use super::outcome::{Changed, Found, Step};
 use super::reasoner::Reasoner;
 use super::state::State;
 use crate::ir::{Domain, SlotId, Value};
 
-/// Runs the plan once more from the start, reading every shared attribute after every projection; returns the slots whose
-/// value a step changed, with the new value, one step after the other, and where each step's end. The reasoner is left in
-/// the world state that it is in.
-pub(super) fn changes(
-    domain: &Domain,
-    shared: &[SlotId],
-    found: &Found,
-    reasoner: &mut dyn Reasoner,
-) -> (Vec<(SlotId, Value)>, Vec<usize>) {
+/// Runs the plan once more from the start, reading every shared attribute after every projection; returns what each step
+/// changed. The reasoner is left in the world state that it is in.
+pub(super) fn changes(domain: &Domain, shared: &[SlotId], found: &Found, reasoner: &mut dyn Reasoner) -> Changed {
     let world = reasoner.save();
     reasoner.rewind();
     let mut state = State::new(domain, shared);
     let mut context = Context::new(domain, &mut state, reasoner);
     let all = (0..domain.slots.len()).map(|i| SlotId(i as u32));
     let mut before: Vec<Value> = all.map(|s| context.slot(s)).collect();
-    let (mut changes, mut ends) = (Vec::new(), Vec::with_capacity(found.steps.len()));
+    let mut changed = Changed::default();
     let (mut writes, mut frame) = (Vec::new(), Vec::new());
     for step in &found.steps {
         let action = &domain.actions[step.action.index()];
@@ -31,9 +25,10 @@ pub(super) fn changes(
         frame.resize(action.n_vars.max(args.len()), Value::Null);
         writes.clear();
         context.reads.clear();
-        context.projection = step.geometric;
+        let charge = found.charge(step);
+        context.projection = charge.geometric;
         context.apply(&action.effects, &mut frame, &mut writes);
-        if let Some(gas) = step.gas {
+        if let Some(gas) = charge.gas {
             context.reasoner.replay(gas);
             for slot in shared {
                 context.state.forget(*slot);
@@ -47,38 +42,31 @@ pub(super) fn changes(
             let value = context.slot(*slot);
             if value != before[slot.index()] {
                 before[slot.index()] = value.clone();
-                changes.push((*slot, value));
+                changed.slots.push(*slot);
+                changed.values.push(value);
             }
         }
-        ends.push(changes.len());
+        changed.ends.push(changed.slots.len() as u32);
     }
     reasoner.restore(world);
-    (changes, ends)
+    changed
 }
 
-/// As [`changes`], where no attribute is shared with geometry: of what each step has written, in order, what it has changed.
-pub(super) fn changes_of(
-    domain: &Domain,
-    steps: &[Step],
-    mut written: Vec<(SlotId, Value)>,
-) -> (Vec<(SlotId, Value)>, Vec<usize>) {
-    let mut before = domain.initial.clone();
-    let mut ends = Vec::with_capacity(steps.len());
-    let (mut from, mut kept) = (0, 0);
+/// As [`changes`], where no attribute is shared with geometry: of what each step has written, with the values that it had
+/// after the step, in order, what it has changed.
+pub(super) fn changes_of(domain: &Domain, steps: &[Step], written: &[SlotId], news: &[Value]) -> Changed {
+    let mut before: Vec<&Value> = domain.initial.iter().collect();
+    let mut changed = Changed::default();
+    let mut news = news.iter();
     for step in steps {
-        let to = from + (step.slots[2] - step.slots[1]) as usize;
-        for at in from..to {
-            let (slot, value) = &written[at];
-            let old = &mut before[slot.index()];
-            if value != old {
-                old.clone_from(value);
-                written.swap(kept, at);
-                kept += 1;
+        let slots = &written[step.slots[1] as usize..step.slots[2] as usize];
+        for (slot, value) in slots.iter().zip(news.by_ref()) {
+            if std::mem::replace(&mut before[slot.index()], value) != value {
+                changed.slots.push(*slot);
+                changed.values.push(value.clone());
             }
         }
-        from = to;
-        ends.push(kept);
+        changed.ends.push(changed.slots.len() as u32);
     }
-    written.truncate(kept);
-    (written, ends)
+    changed
 }

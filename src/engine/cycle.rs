@@ -8,7 +8,7 @@
 //! The 64 tasks right above are looked at, and beyond them one that Brent's method chooses (BIT 20, 1980,
 //! doi:10.1007/BF01933190): a longer cycle is found in its second or third round.
 
-use super::outcome::{Cuts, NONE, Node};
+use super::outcome::{Cuts, Inner, NONE};
 use super::refusals::Kind;
 use super::search::{Flow, Search};
 use crate::plan::Refusal;
@@ -21,18 +21,23 @@ impl Search<'_> {
     /// Sets how many nodes right above a new one were taken up since the last action, and the one that stands for those
     /// further up.
     pub fn note_streak(&mut self, node: u32) {
-        let Node { parent, at, .. } = self.tree.nodes[node as usize];
+        let parent = self.tree.nodes[node as usize].parent;
+        let at = self.steps.len() as u32;
         let above = match parent {
             NONE => None,
-            parent => Some((parent, &self.tree.nodes[parent as usize])).filter(|(_, p)| p.at == at),
+            parent => self.tree.inner(parent).filter(|p| p.at == at),
         };
-        let (streak, anchor, returns) = match above {
-            None => (0, NONE, 0),
-            Some((parent, p)) if p.streak >= NEAR && p.streak.is_power_of_two() => (p.streak + 1, parent, p.returns),
-            Some((_, p)) => (p.streak + 1, p.anchor, p.returns),
+        // A node is made with none above it.
+        let Some(p) = above else { return };
+        let anchor = if p.streak >= NEAR && p.streak.is_power_of_two() {
+            parent
+        } else {
+            p.anchor
         };
-        let new = &mut self.tree.nodes[node as usize];
-        (new.streak, new.anchor, new.returns) = (streak, anchor, returns);
+        let (streak, returns) = (p.streak + 1, p.returns);
+        if let Some(new) = self.tree.inner_mut(node) {
+            (new.streak, new.anchor, new.returns) = (streak, anchor, returns);
+        }
     }
 
     /// Refuses a method that is above itself in the same state.
@@ -40,48 +45,49 @@ impl Search<'_> {
         if self.settings.cuts == Cuts::Off {
             return None;
         }
-        let above = self.same_above(node)?;
-        let (outer, inner) = (&self.tree.nodes[above as usize], &self.tree.nodes[node as usize]);
+        let inner = self.tree.inner(node)?;
+        if inner.streak == 0 {
+            return None;
+        }
+        let above = self.same_above(node, inner)?;
+        let outer = self.tree.inner(above)?;
         // INVARIANT: what was to be done after the outer task is in cells that stay as they are until it ends.
         if self.settings.interleave || outer.head != inner.head {
             if inner.returns < self.round.returns {
-                self.tree.nodes[node as usize].returns += 1;
+                self.tree.inner_mut(node)?.returns += 1;
                 return None;
             }
             self.truncated.cycles += 1;
         }
         self.memo.came_back_to(above);
+        self.reads.path();
         Some(self.refuse(Kind::Cycle, node, &[], |search| Refusal::Cycle {
             chain: search.chain(above, node),
         }))
     }
 
-    fn same_above(&self, node: u32) -> Option<u32> {
-        let Node {
-            task, streak, anchor, ..
-        } = self.tree.nodes[node as usize];
+    fn same_above(&self, node: u32, inner: &Inner) -> Option<u32> {
         let domain = self.context.domain;
-        let is_same = |other: u32| {
-            self.tree.nodes[other as usize].task == task
-                && self.tree.args(domain, other) == self.tree.args(domain, node)
-        };
+        let (task, args) = (self.tree.task(node), self.tree.args(domain, node));
+        let is_same = |other: u32| self.tree.task(other) == task && self.tree.args(domain, other) == args;
         let mut at = node;
-        for _ in 0..streak.min(NEAR) {
+        for _ in 0..inner.streak.min(NEAR) {
             at = self.tree.nodes[at as usize].parent;
             if is_same(at) {
                 return Some(at);
             }
         }
-        (anchor != NONE && is_same(anchor)).then_some(anchor)
+        (inner.anchor != NONE && is_same(inner.anchor)).then_some(inner.anchor)
     }
 
     /// Refuses a method that is too deep, with the last round of its recursion.
     pub fn refuse_depth(&mut self, node: u32) -> Flow {
         self.truncated.depth += 1;
-        let task = self.tree.nodes[node as usize].task;
+        self.reads.path();
+        let task = self.tree.task(node);
         let mut above = self.tree.nodes[node as usize].parent;
         // Where the method was met before: the chain from there is what repeats itself.
-        while above != NONE && self.tree.nodes[above as usize].task != task {
+        while above != NONE && self.tree.task(above) != task {
             above = self.tree.nodes[above as usize].parent;
         }
         let depth = self.settings.budget.depth;

@@ -34,7 +34,8 @@ pub fn schedule(
     geometry: &dyn Fn(GasRef) -> Option<Geometry>,
 ) -> Plan {
     let mut names = Names::new(domain);
-    let links = links(found, domain, &mut names);
+    let changed = found.changed(domain);
+    let links = links(found, &changed, domain, &mut names);
     let mut streams: IndexMap<EntityId, Vec<usize>> = IndexMap::new();
     let mut free_at: Vec<f64> = vec![0.0; domain.entities.len()];
     let mut ready_at: Vec<f64> = vec![0.0; found.steps.len()];
@@ -47,7 +48,8 @@ pub fn schedule(
             .iter()
             .map(|a| free_at[a.index()])
             .fold(ready_at[index], f64::max);
-        let end = start + step.duration.0;
+        let charge = found.charge(step);
+        let end = start + charge.duration.0;
         for agent in &acting {
             free_at[agent.index()] = end;
             streams.entry(*agent).or_default().push(index);
@@ -57,19 +59,19 @@ pub fn schedule(
             ready_at[link.after] = ready_at[link.after].max(end);
             next_link += 1;
         }
-        let changes = found.changes(index).iter();
+        let changes = changed.by(index);
         actions.push(Action {
             index,
             name: names.task(TaskId::Action(step.action)),
             arguments: names.values(found.args(domain, step)),
             agents: acting.iter().map(|a| names.value(&Value::Entity(*a))).collect(),
-            cost: step.cost,
-            duration: [step.duration.0, step.duration.1],
+            cost: charge.cost,
+            duration: [charge.duration.0, charge.duration.1],
             start,
             end,
-            geometry: step.gas.and_then(geometry).map(Box::new),
+            geometry: charge.gas.and_then(geometry).map(Box::new),
             changes: changes
-                .map(|(slot, value)| (names.slot(*slot), names.value(value)))
+                .map(|(slot, value)| (names.slot(slot), names.value(value)))
                 .collect(),
         });
     }
@@ -146,10 +148,10 @@ fn decomposition(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Vec<N
     }
     let known = |x: u32| Some(x as usize).filter(|_| x != NONE);
     let node = |i: usize| Node {
-        task: names.task(nodes[i].task),
+        task: names.task(nodes[i].task()),
         arguments: names.values(found.tree.args(domain, i as u32)),
         parent: known(nodes[i].parent),
-        decomposition: known(nodes[i].decomposition),
+        decomposition: known(found.tree.decomposition(i as u32)),
         action: known(action_of[i]),
     };
     (0..nodes.len()).map(node).collect()

@@ -48,7 +48,7 @@ impl Changes {
     }
 }
 
-fn bit(attribute: AttributeId) -> Attributes {
+pub(super) fn bit(attribute: AttributeId) -> Attributes {
     1 << (attribute.index() % 63)
 }
 

@@ -260,6 +260,9 @@ impl Context<'_> {
 
     /// Returns the number, or `None` where there is none.
     pub fn number(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<f64> {
+        if let Expr::Const(Value::Number(x)) = expr {
+            return Some(*x);
+        }
         let n_reads = self.reads.len();
         match see(self.domain, self.state, &mut self.reads, expr, frame) {
             Seen::Here(Value::Number(x)) => Some(*x),
@@ -300,6 +303,7 @@ impl Context<'_> {
     }
 
     /// Returns what `of` says of two values; `None` where one of them is missing. Nothing is copied where both are known.
+    #[inline]
     fn of_both(
         &mut self,
         left: &Expr,
@@ -425,6 +429,9 @@ impl Context<'_> {
         let entity = self.entity(entity, frame)?;
         let attribute = &self.domain.attributes[attribute.index()];
         let mut slot = attribute.slots[entity.index()]?;
+        if args.is_empty() {
+            return Some(slot);
+        }
         for (argument, arg) in attribute.arguments.iter().chain(&attribute.believer).zip(args) {
             slot.0 += argument.offsets[self.entity(arg, frame)?.index()]?;
         }
@@ -432,7 +439,14 @@ impl Context<'_> {
     }
 
     /// Returns the entity, or `None` where there is none.
+    #[inline]
     fn entity(&mut self, expr: &Expr, frame: &mut [Value]) -> Option<EntityId> {
+        if let Expr::Var(var) = expr {
+            return match &frame[var.index()] {
+                Value::Entity(e) => Some(*e),
+                _ => None,
+            };
+        }
         let n_reads = self.reads.len();
         match see(self.domain, self.state, &mut self.reads, expr, frame) {
             Seen::Here(Value::Entity(e)) => Some(*e),
@@ -467,9 +481,12 @@ fn see_path<'v>(
     (attribute, args): (AttributeId, &'v [Expr]),
     frame: &'v [Value],
 ) -> Seen<'v> {
-    let base = match see(domain, state, reads, base, frame) {
-        Seen::Here(base) => base,
-        other => return other,
+    let base = match base {
+        Expr::Var(var) => &frame[var.index()],
+        base => match see(domain, state, reads, base, frame) {
+            Seen::Here(base) => base,
+            other => return other,
+        },
     };
     let Value::Entity(entity) = base else {
         return Seen::Nowhere;
@@ -478,6 +495,10 @@ fn see_path<'v>(
     let Some(mut slot) = attribute.slots[entity.index()] else {
         return Seen::Nowhere;
     };
+    if args.is_empty() {
+        reads.push(slot);
+        return state.get(slot).map_or(Seen::NotYet, Seen::Here);
+    }
     for (argument, arg) in attribute.arguments.iter().chain(&attribute.believer).zip(args) {
         let arg = match see(domain, state, reads, arg, frame) {
             Seen::Here(arg) => arg,

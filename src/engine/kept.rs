@@ -6,7 +6,7 @@
 //! the next kept one, and what has changed unforeseen stands in the world file. Motions are not planned anew: the reasoner
 //! adopts them, so a kept action has no alternatives.
 
-use super::outcome::{NONE, Node};
+use super::outcome::{NONE, Place};
 use super::refusals::Kind;
 use super::search::{Flow, Search};
 use crate::ir::{ActionId, TaskId, Value};
@@ -70,22 +70,14 @@ impl Search<'_> {
         let start = self.point();
         let mut impossible = None;
         for (i, next) in kept.iter().enumerate() {
-            let node = self.tree.nodes.len() as u32;
             let frame = self.tree.values.len() as u32;
             self.tree.values.extend(next.args.iter().cloned());
-            self.tree.nodes.push(Node {
-                task: TaskId::Action(next.action),
+            let place = Place {
                 frame,
                 parent: NONE,
                 subtask: 0,
-                decomposition: NONE,
-                depth: 0,
-                at: i as u32,
-                head: NONE,
-                streak: 0,
-                anchor: NONE,
-                returns: 0,
-            });
+            };
+            let node = self.tree.push(TaskId::Action(next.action), place, i as u32, NONE);
             self.context.reads.clear();
             if self.try_action(node, next.action) == Flow::Back {
                 impossible = Some(i);

@@ -5,7 +5,7 @@
 
 use super::names::Names;
 use super::order::right_before;
-use super::outcome::{Found, NONE};
+use super::outcome::{Changed, Found, NONE};
 use super::reduction::Reduction;
 use crate::ir::{Domain, SlotId};
 use crate::plan::{Link, LinkReason};
@@ -19,7 +19,7 @@ enum Why {
 }
 
 /// Returns the links with their reasons.
-pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Vec<Link> {
+pub(super) fn links(found: &Found, changed: &Changed, domain: &Domain, names: &mut Names<'_>) -> Vec<Link> {
     let ordered = right_before(found, domain);
     let mut dependencies = Dependencies {
         last_writer: vec![NONE; domain.slots.len()],
@@ -32,7 +32,7 @@ pub(super) fn links(found: &Found, domain: &Domain, names: &mut Names<'_>) -> Ve
     let (mut needs, mut candidates, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
     for after in 0..found.steps.len() {
         let ordered = ordered.of(after);
-        dependencies.of_step(found, after, &mut needs);
+        dependencies.of_step(found, changed, after, &mut needs);
         candidates.clear();
         candidates.extend(needs.iter().map(|(before, _)| *before));
         candidates.extend_from_slice(ordered);
@@ -77,9 +77,10 @@ struct Dependencies {
 
 impl Dependencies {
     /// Lists the earlier steps that a step must come after.
-    fn of_step(&mut self, found: &Found, index: usize, needs: &mut Vec<(u32, Why)>) {
+    fn of_step(&mut self, found: &Found, changed: &Changed, index: usize, needs: &mut Vec<(u32, Why)>) {
         needs.clear();
         let (step, this) = (&found.steps[index], index as u32);
+        let is_projected = found.charge(step).gas.is_some();
         for slot in found.reads(step) {
             let writer = self.last_writer[slot.index()];
             if writer != NONE {
@@ -89,8 +90,8 @@ impl Dependencies {
         let writes = &mut self.writes;
         writes.clear();
         writes.extend_from_slice(found.writes(step));
-        writes.extend(found.changes(index).iter().map(|(slot, _)| *slot));
-        if step.gas.is_some() {
+        writes.extend(changed.by(index).map(|(slot, _)| slot));
+        if is_projected {
             writes.extend(&found.overruled);
         }
         writes.sort_unstable();
@@ -108,7 +109,7 @@ impl Dependencies {
                 self.readers[slot.index()].push(this);
             }
         }
-        if step.gas.is_some() {
+        if is_projected {
             let before = std::mem::replace(&mut self.last_motion, this);
             if before != NONE {
                 needs.push((before, Why::Motion));

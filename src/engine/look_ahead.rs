@@ -24,6 +24,7 @@ pub(super) struct LookAhead {
     waiting: Vec<Waiting>,
     /// All that some need looks at.
     looked_at: Attributes,
+    pub changes: Changes,
 }
 
 /// How often a search has looked ahead, and to what end.
@@ -45,11 +46,15 @@ const WORTH: u64 = 32;
 const MOST_CELLS: usize = 64;
 
 impl LookAhead {
-    pub fn new(domain: &Domain, changes: &Changes) -> Self {
-        let waiting = waiting(domain, changes);
+    pub fn new(domain: &Domain, changes: Changes) -> Self {
+        let waiting = waiting(domain, &changes);
         let needs = waiting.iter().flat_map(|w| w.needs.iter().flatten());
         let looked_at = needs.fold(0, |all, need| all | need.looks_at());
-        LookAhead { waiting, looked_at }
+        LookAhead {
+            waiting,
+            looked_at,
+            changes,
+        }
     }
 }
 
@@ -93,6 +98,7 @@ impl Search<'_> {
         let flow = unmet.map(|unmet| self.refuse_unmet(unmet));
         self.context.is_late = false;
         self.context.missed.clear();
+        self.note_reads();
         self.context.reads.truncate(n_reads);
         flow
     }
@@ -161,7 +167,7 @@ impl Search<'_> {
             }
             if frame.is_empty() {
                 let from = self.tree.nodes[node as usize].frame as usize;
-                let task = self.tree.nodes[node as usize].task;
+                let task = self.tree.task(node);
                 let to = from + self.n_vars_of(task);
                 frame.extend_from_slice(self.tree.values.get(from..to)?);
                 frame.resize(waiting.n_vars.max(frame.len()), Value::Null);
@@ -224,7 +230,7 @@ impl Search<'_> {
         let order = u64::from(self.agenda.cell(cell).order);
         // The same task with the same values met is the same reason.
         let n_reads = self.context.reads.len();
-        let decomposition = self.tree.nodes[node as usize].decomposition as usize;
+        let decomposition = self.tree.decomposition(node) as usize;
         let mut names = self.names(node, Some(decomposition));
         let failed = failed_literal(&mut self.context, &literal, &mut frame, &mut names);
         let mut print = Print::of(order).number(subtask as u64);

@@ -20,18 +20,20 @@
 use rustc_hash::FxHashMap;
 
 use super::agenda::Cell;
+use super::effects::Attributes;
 use super::hash::Print;
 use super::outcome::{Aim, Cuts, NONE, Statistics, Truncated};
-use super::search::{Choice, Point, Search};
+use super::search::{Choice, Search};
 use crate::ir::Value;
 
 /// What is known of a state with tasks to do.
 #[derive(Debug, Clone, Copy)]
 enum Known {
-    /// Its search is on the way: the first node that is beneath it.
-    Open(u32),
-    /// It has no plan, or none that is better when so much was spent before, and tasks had come back to themselves so often.
-    Failed { cost: f64, returns: u32 },
+    /// Its search is on the way: the first node that is beneath it, and how many actions were done before.
+    Open { first: u32, at: u32 },
+    /// It has no plan, or none that is better when so much was spent before, and tasks had come back to themselves so often;
+    /// with what it has read (`backjump`).
+    Failed { cost: f64, returns: u32, read: Attributes },
 }
 
 /// A search on its way.
@@ -148,8 +150,7 @@ impl Search<'_> {
     }
 
     /// Says whether the state at hand with all that is to be done, and `node` first, is worth a search. If so, watches it.
-    /// `first` is the first node that will be beneath it.
-    pub fn is_new(&mut self, point: &Point, node: Option<u32>, first: u32, depth: u32) -> bool {
+    pub fn is_new(&mut self, node: Option<u32>, depth: u32) -> bool {
         if !self.remembers() {
             if depth >= DEEP && self.settings.cuts != Cuts::Off {
                 self.look_deep(node);
@@ -158,21 +159,25 @@ impl Search<'_> {
         }
         let Some(key) = self.key(node) else { return true };
         let above = node.unwrap_or_else(|| self.agenda.cell(self.agenda.head).node);
-        let returns = self.tree.nodes[above as usize].returns;
+        let returns = self.tree.inner(above).map_or(0, |inner| inner.returns);
         match self.memo.known.get(&key) {
-            Some(Known::Open(above)) => {
-                let above = *above;
-                self.memo.highest = self.memo.highest.min(above);
+            Some(Known::Open { first, at }) => {
+                self.memo.highest = self.memo.highest.min(*first);
+                self.reads.path();
                 // A circle can be worth its cost where that is not a sum: it evens out efforts, or parts two actions.
-                let at = self.tree.nodes.get(above as usize).map(|n| n.at as usize);
-                if self.objective.is_some() && at != Some(self.steps.len()) {
+                if self.objective.is_some() && *at as usize != self.steps.len() {
                     self.truncated.cycles += 1;
                 }
                 self.statistics.repeated += 1;
                 self.tell_repeated(node);
                 return false;
             }
-            Some(Known::Failed { cost, returns: then }) if self.cost >= *cost && returns >= *then => {
+            Some(Known::Failed {
+                cost,
+                returns: then,
+                read,
+            }) if self.cost >= *cost && returns >= *then => {
+                self.reads.since |= *read;
                 self.statistics.repeated += 1;
                 self.tell_repeated(node);
                 return false;
@@ -181,7 +186,9 @@ impl Search<'_> {
             None if self.memo.known.len() >= MAX_KNOWN => return true,
             None => {}
         }
-        self.memo.known.insert(key, Known::Open(first));
+        let first = node.unwrap_or(self.tree.nodes.len() as u32);
+        let at = self.steps.len() as u32;
+        self.memo.known.insert(key, Known::Open { first, at });
         self.memo.watches.push(Watch {
             key,
             first,
@@ -191,7 +198,11 @@ impl Search<'_> {
             left_out: self.left_out,
             plans: self.n_derivations,
         });
-        self.choices.push((*point, Choice::Watch));
+        self.note_reads();
+        self.context.reads.clear();
+        let point = self.point();
+        self.choices.push((point, Choice::Watch));
+        self.begin_noting();
         true
     }
 
@@ -204,8 +215,12 @@ impl Search<'_> {
         self.memo.anchor = None;
     }
 
-    /// Ends the innermost search that is watched: every choice beneath it was tried.
-    pub fn end_watch(&mut self) {
+    /// Ends the innermost search that is watched: every choice beneath it was tried. `before` was read before it.
+    pub fn end_watch(&mut self, before: Attributes) {
+        self.note_reads();
+        self.context.reads.clear();
+        let read = self.reads.since;
+        self.reads.since |= before;
         let Some(watch) = self.memo.watches.pop() else { return };
         let cut = Truncated {
             cycles: self.truncated.cycles,
@@ -228,7 +243,7 @@ impl Search<'_> {
                 Aim::First | Aim::All(_) => f64::NEG_INFINITY,
             };
             let returns = watch.returns;
-            self.memo.known.insert(watch.key, Known::Failed { cost, returns });
+            self.memo.known.insert(watch.key, Known::Failed { cost, returns, read });
         } else {
             self.memo.known.remove(&watch.key);
         }

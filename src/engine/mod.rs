@@ -6,6 +6,7 @@
 
 mod act;
 mod agenda;
+mod backjump;
 mod beliefs;
 mod bound;
 mod branching;
@@ -15,6 +16,7 @@ mod document;
 mod effects;
 mod eval;
 mod explain;
+mod fold;
 mod ground;
 mod hash;
 mod kept;
@@ -43,7 +45,8 @@ pub use document::{document, schedule};
 pub use kept::Kept;
 pub use observe::{Event, Observer};
 pub use outcome::{
-    Aim, Branching, Budget, Cuts, Ending, FallBackEnd, Found, Outcome, Settings, Statistics, Step, Strategy, Truncated,
+    Aim, Branching, Budget, Changed, Charge, Cuts, Ending, FallBackEnd, Found, Outcome, Settings, Statistics, Step,
+    Strategy, Truncated,
 };
 pub use reasoner::{Call, Formula, GasNum, GasRef, Granted, Mark, Projection, Reasoner, Request, Term};
 pub use search::{Hooks, repair, solve};

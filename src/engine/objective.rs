@@ -15,7 +15,7 @@ mod states;
 
 use super::document::agents_of;
 use super::eval::Context;
-use super::outcome::{Found, Step, Tree};
+use super::outcome::{Charge, Found, Step, Tree};
 use super::reasoner::Reasoner;
 use super::state::State;
 use crate::ir::{Domain, Effort, EntityId, RuleKind, SlotId};
@@ -88,7 +88,13 @@ impl<'d> Objective<'d> {
     }
 
     /// Adds a step; the context's state is the one after it, and `tree` has its node.
-    pub fn push(&mut self, context: &mut Context<'_>, tree: &Tree, step: &Step, touched: Touched<'_>) {
+    pub fn push(
+        &mut self,
+        context: &mut Context<'_>,
+        tree: &Tree,
+        (step, charge): (&Step, &Charge),
+        touched: Touched<'_>,
+    ) {
         let args = tree.args(self.domain, step.node);
         let agents = agents_of(self.domain, step.action, args);
         let record = Record {
@@ -99,17 +105,17 @@ impl<'d> Objective<'d> {
         for agent in &agents {
             let effort = &mut self.effort[agent.index()];
             self.efforts_before.push((*agent, *effort));
-            effort[0] += step.cost;
-            effort[1] += step.duration.0;
+            effort[0] += charge.cost;
+            effort[1] += charge.duration.0;
         }
         let n_counted = self.counted.len();
         self.states
-            .push(context, touched.writes, step.gas.is_some(), &mut self.counted);
+            .push(context, touched.writes, charge.gas.is_some(), &mut self.counted);
         self.sequences.push(step.action, args, &agents, &mut self.counted);
         for rule in &self.counted[n_counted..] {
             self.counts[*rule as usize] += 1;
         }
-        self.schedule.push(self.domain, tree, step, &agents, touched);
+        self.schedule.push(self.domain, tree, (step, charge), &agents, touched);
         self.records.push(record);
         let grown = self.grown();
         if let Some(record) = self.records.last_mut() {
@@ -239,14 +245,16 @@ pub(super) fn of_plan(found: &Found, domain: &Domain, shared: &[SlotId], reasone
     let mut objective = Objective::new(&mut context, Sight::Whole);
     let mut writes: Vec<SlotId> = Vec::new();
     let mut sum = 0.0;
+    let changed = found.changed(domain);
     for (index, step) in found.steps.iter().enumerate() {
         writes.clear();
         writes.extend_from_slice(found.writes(step));
-        for (slot, value) in found.changes(index) {
-            context.state.set(*slot, value.clone());
-            writes.push(*slot);
+        for (slot, value) in changed.by(index) {
+            context.state.set(slot, value.clone());
+            writes.push(slot);
         }
-        if step.gas.is_some() {
+        let charge = found.charge(step);
+        if charge.gas.is_some() {
             writes.extend_from_slice(&found.overruled);
         }
         writes.sort_unstable();
@@ -255,8 +263,8 @@ pub(super) fn of_plan(found: &Found, domain: &Domain, shared: &[SlotId], reasone
             reads: found.reads(step),
             writes: &writes,
         };
-        objective.push(&mut context, &found.tree, step, touched);
-        sum += step.cost;
+        objective.push(&mut context, &found.tree, (step, charge), touched);
+        sum += charge.cost;
     }
     let amounts = objective.amounts(sum);
     reasoner.restore(world);

@@ -82,6 +82,7 @@ impl Choice {
             Choice::Order { .. } | Choice::Orders { .. } => "order",
             Choice::Alternative { .. } => "alternative",
             Choice::Watch => "watch",
+            Choice::Done { .. } => "mark",
         }
     }
 }
@@ -123,13 +124,13 @@ impl Search<'_> {
 
     pub fn tell_taken_up(&mut self, node: u32) {
         self.tell(|search| {
-            let n = &search.tree.nodes[node as usize];
+            let (tree, n) = (&search.tree, &search.tree.nodes[node as usize]);
             Event::TakenUp {
                 node,
                 parent: Some(n.parent).filter(|p| *p != NONE),
-                task: n.task,
-                args: search.tree.args(search.context.domain, node),
-                depth: n.depth,
+                task: n.task(),
+                args: tree.args(search.context.domain, node),
+                depth: tree.depth(node),
             }
         });
     }
@@ -156,7 +157,7 @@ impl Search<'_> {
             | Choice::Alternative { node, .. } => *node,
             Choice::Order { cell, .. } => self.agenda.cell(*cell).node,
             Choice::Orders { left } => left.last().map_or(0, |(cell, _)| self.agenda.cell(*cell).node),
-            Choice::Watch => return,
+            Choice::Watch | Choice::Done { .. } => return,
         };
         self.tell(|search| Event::WentBack {
             node,

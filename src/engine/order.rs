@@ -4,8 +4,8 @@
 //! last ones of the subtasks that its own (or its nearest ordered ancestor) comes after. All others come before those. Does
 //! not need subtrees to be contiguous: interleaved plans are ordered by the same rule.
 
-use super::outcome::{Found, NONE, Node};
-use crate::ir::{Decomposition, Domain, TaskId};
+use super::outcome::{Found, NONE, Node, Tree};
+use crate::ir::{Decomposition, Domain};
 
 /// For each step the steps that come right before it.
 pub(super) struct RightBefore {
@@ -79,6 +79,7 @@ pub(super) fn right_before(found: &Found, domain: &Domain) -> RightBefore {
 /// The decomposition tree with what hangs below each node.
 struct Family<'a> {
     domain: &'a Domain,
+    tree: &'a Tree,
     nodes: &'a [Node],
     /// The step of a leaf, or [`NONE`].
     step: Vec<u32>,
@@ -95,6 +96,7 @@ impl<'a> Family<'a> {
         let n = nodes.len();
         let mut family = Family {
             domain,
+            tree: &found.tree,
             nodes,
             step: vec![NONE; n],
             acts: vec![false; n],
@@ -117,15 +119,7 @@ impl<'a> Family<'a> {
     }
 
     fn decomposition(&self, node: u32) -> Option<&'a Decomposition> {
-        let Node {
-            task, decomposition, ..
-        } = self.nodes[node as usize];
-        match task {
-            TaskId::Method(m) => self.domain.methods[m.index()]
-                .decompositions
-                .get(decomposition as usize),
-            TaskId::Action(_) => None,
-        }
+        self.tree.decomposition_in(self.domain, node)
     }
 
     /// Lists the siblings with actions that a node comes after; those without lead on to what they come after. Whatever a

@@ -1,7 +1,10 @@
 //! What to search for, and what comes of it: data only.
 
+use std::borrow::Cow;
+
+use super::changes::changes_of;
 use super::reasoner::GasRef;
-use crate::ir::{ActionId, Domain, SlotId, TaskId, Value};
+use crate::ir::{ActionId, Decomposition, Domain, MethodId, SlotId, TaskId, Value};
 use crate::plan::WhyNot;
 
 /// What to look for, and how.
@@ -112,6 +115,8 @@ pub struct Statistics {
     pub repeated: u64,
     /// Branches left because a task that is still to be done can't be done any more.
     pub dead_ends: u64,
+    /// How often the choices inside a task were dropped, since they had no part in a failure after it.
+    pub jumps: u64,
     /// Searches begun: one, unless a strategy or the fall-back begins again.
     pub rounds: u64,
     /// In the fall-back, how often a task was let come back to itself; 0 if it was not needed.
@@ -135,20 +140,27 @@ pub enum FallBackEnd {
     Budget,
 }
 
-/// An action of a found plan.
+/// An action of a found plan. Small, since a search writes one for every action that it tries.
 #[derive(Debug, Clone)]
 pub struct Step {
     pub action: ActionId,
     /// Its leaf in the decomposition tree.
     pub node: u32,
+    /// Where its [`Charge`] is; steps that cost the same share one.
+    pub(super) charge: u32,
+    /// Where its reads, then its writes begin in the list of slots, and where they end.
+    pub(super) slots: [u32; 3],
+}
+
+/// What an action costs and how long it lasts, and what geometry has found for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Charge {
     pub gas: Option<GasRef>,
     /// Cost and duration [s] of its projection; zeros without one.
     pub geometric: (f64, f64),
     pub cost: f64,
     /// (least, most) [s]; a projected action lasts at least as long as its trajectories.
     pub duration: (f64, f64),
-    /// Where its reads, then its writes begin in the list of slots, and where they end.
-    pub(super) slots: [u32; 3],
 }
 
 /// No node.
@@ -159,6 +171,8 @@ pub(super) const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Default)]
 pub struct Tree {
     pub(super) nodes: Vec<Node>,
+    /// What else is known of methods, in the order of their nodes.
+    pub(super) inners: Vec<Inner>,
     /// The frames of all nodes: arguments, then variables.
     pub(super) values: Vec<Value>,
 }
@@ -166,14 +180,35 @@ pub struct Tree {
 /// A task instance.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
-    pub task: TaskId,
+    /// An action's id, or a method's with the highest bit set.
+    task: u32,
     /// Where its frame begins.
     pub frame: u32,
     /// [`NONE`] for the root.
     pub parent: u32,
     /// Position in the parent's decomposition.
     pub subtask: u32,
-    /// The decomposition applied; [`NONE`] for an action, and where the goal held.
+    /// Where its [`Inner`] is; [`NONE`] for an action.
+    inner: u32,
+}
+
+const METHOD: u32 = 1 << 31;
+
+/// Where a task instance stands in the tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Where its frame begins.
+    pub frame: u32,
+    /// [`NONE`] for the root.
+    pub parent: u32,
+    /// Position in the parent's decomposition.
+    pub subtask: u32,
+}
+
+/// What is known of a method's instance.
+#[derive(Debug, Clone)]
+pub(super) struct Inner {
+    /// The decomposition applied; [`NONE`] where there is none yet, and where the goal held.
     pub decomposition: u32,
     /// Methods above it.
     pub depth: u32,
@@ -188,17 +223,108 @@ pub(super) struct Node {
     pub returns: u32,
 }
 
+impl Node {
+    #[inline]
+    pub fn task(&self) -> TaskId {
+        match self.task & METHOD {
+            0 => TaskId::Action(ActionId(self.task)),
+            _ => TaskId::Method(MethodId(self.task & !METHOD)),
+        }
+    }
+}
+
 impl Tree {
+    /// Adds the node of a task instance that is taken up after `at` actions, with `head` first on the agenda; returns its
+    /// number.
+    #[inline]
+    pub(super) fn push(&mut self, task: TaskId, place: Place, at: u32, head: u32) -> u32 {
+        let number = self.nodes.len() as u32;
+        let Place { frame, parent, subtask } = place;
+        let (task, inner) = match task {
+            TaskId::Action(a) => (a.0, NONE),
+            TaskId::Method(m) => {
+                let depth = match parent {
+                    NONE => 0,
+                    parent => self.depth(parent) + 1,
+                };
+                self.inners.push(Inner {
+                    decomposition: NONE,
+                    depth,
+                    at,
+                    head,
+                    streak: 0,
+                    anchor: NONE,
+                    returns: 0,
+                });
+                (m.0 | METHOD, self.inners.len() as u32 - 1)
+            }
+        };
+        self.nodes.push(Node {
+            task,
+            frame,
+            parent,
+            subtask,
+            inner,
+        });
+        number
+    }
+
+    #[inline]
+    pub(super) fn task(&self, node: u32) -> TaskId {
+        self.nodes[node as usize].task()
+    }
+
+    /// Returns how many methods are above a node.
+    pub(super) fn depth(&self, node: u32) -> u32 {
+        let node = &self.nodes[node as usize];
+        let inner = |at: u32| self.inners.get(at as usize);
+        match (inner(node.inner), self.nodes.get(node.parent as usize)) {
+            (Some(own), _) => own.depth,
+            (None, Some(parent)) => inner(parent.inner).map_or(0, |above| above.depth + 1),
+            (None, None) => 0,
+        }
+    }
+
+    /// Returns what is known of a method's node; `None` for an action.
+    #[inline]
+    pub(super) fn inner(&self, node: u32) -> Option<&Inner> {
+        self.inners.get(self.nodes[node as usize].inner as usize)
+    }
+
+    #[inline]
+    pub(super) fn inner_mut(&mut self, node: u32) -> Option<&mut Inner> {
+        self.inners.get_mut(self.nodes[node as usize].inner as usize)
+    }
+
+    /// Returns the number of the decomposition applied to a node, or [`NONE`].
+    #[inline]
+    pub(super) fn decomposition(&self, node: u32) -> u32 {
+        self.inner(node).map_or(NONE, |inner| inner.decomposition)
+    }
+
+    /// Returns the decomposition applied to a node, if there is one.
+    #[inline]
+    pub(super) fn decomposition_in<'d>(&self, domain: &'d Domain, node: u32) -> Option<&'d Decomposition> {
+        match self.task(node) {
+            TaskId::Method(m) => {
+                let applied = self.decomposition(node) as usize;
+                domain.methods[m.index()].decompositions.get(applied)
+            }
+            TaskId::Action(_) => None,
+        }
+    }
+
     /// Returns a node's arguments.
+    #[inline]
     pub(super) fn args(&self, domain: &Domain, node: u32) -> &[Value] {
-        let Node { task, frame, .. } = &self.nodes[node as usize];
-        let from = *frame as usize;
-        &self.values[from..from + domain.task_params(*task).len()]
+        let node = &self.nodes[node as usize];
+        let from = node.frame as usize;
+        &self.values[from..from + domain.task_params(node.task()).len()]
     }
 
     /// Returns `Pick(PR2, RED_CUBE)`.
     pub(super) fn show(&self, domain: &Domain, node: u32) -> String {
-        domain.show_task(self.nodes[node as usize].task, self.args(domain, node))
+        domain.show_task(self.task(node), self.args(domain, node))
     }
 }
 
@@ -206,6 +332,7 @@ impl Tree {
 #[derive(Debug, Clone)]
 pub struct Found {
     pub steps: Vec<Step>,
+    pub(super) charges: Vec<Charge>,
     pub tree: Tree,
     pub cost: f64,
     /// The parts of its cost where that is not the sum of the actions' costs: that sum, the makespan, what each rule counts.
@@ -216,9 +343,33 @@ pub struct Found {
     pub(super) slots: Vec<SlotId>,
     /// Shared attributes that actions without geometry have written: every projection writes them, too.
     pub(super) overruled: Vec<SlotId>,
-    /// What each step changed, one after the other, and where each one's end.
-    pub(super) changes: Vec<(SlotId, Value)>,
-    pub(super) change_ends: Vec<usize>,
+    pub(super) news: News,
+}
+
+/// What a plan's steps have done to the state.
+#[derive(Debug, Clone)]
+pub(super) enum News {
+    /// Where no attribute is shared with geometry: the values of all that the steps have written, in order.
+    Written(Vec<Value>),
+    Changed(Changed),
+}
+
+/// What each step of a plan changed, shared attributes included.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Changed {
+    pub(super) slots: Vec<SlotId>,
+    pub(super) values: Vec<Value>,
+    /// Where each step's end.
+    pub(super) ends: Vec<u32>,
+}
+
+impl Changed {
+    /// Returns the slots whose value a step changed, with the new value.
+    pub fn by(&self, step: usize) -> impl Iterator<Item = (SlotId, &Value)> {
+        let from = if step == 0 { 0 } else { self.ends[step - 1] as usize };
+        let to = self.ends[step] as usize;
+        self.slots[from..to].iter().copied().zip(&self.values[from..to])
+    }
 }
 
 impl Found {
@@ -233,15 +384,22 @@ impl Found {
         &self.slots[step.slots[0] as usize..step.slots[1] as usize]
     }
 
-    /// Returns the slots that a step's effects wrote. Those of [`Found::changes`] come on top.
+    /// Returns the slots that a step's effects wrote. Those of [`Found::changed`] come on top.
     pub fn writes(&self, step: &Step) -> &[SlotId] {
         &self.slots[step.slots[1] as usize..step.slots[2] as usize]
     }
 
-    /// Returns the slots whose value a step changed, shared ones included, with the new value.
-    pub fn changes(&self, step: usize) -> &[(SlotId, Value)] {
-        let from = if step == 0 { 0 } else { self.change_ends[step - 1] };
-        &self.changes[from..self.change_ends[step]]
+    /// Returns what a step costs, how long it lasts, and what geometry has found for it.
+    pub fn charge(&self, step: &Step) -> &Charge {
+        &self.charges[step.charge as usize]
+    }
+
+    /// Returns what the steps changed. It is put together for whoever asks: a search that goes on has no use for it.
+    pub fn changed(&self, domain: &Domain) -> Cow<'_, Changed> {
+        match &self.news {
+            News::Written(values) => Cow::Owned(changes_of(domain, &self.steps, &self.slots, values)),
+            News::Changed(changed) => Cow::Borrowed(changed),
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! What is worked out once before a search: which subtask comes when, which variables matter, where a SELECT need not look.
 
+use super::fold::{Fixed, Folded, Folder, literals};
 use crate::ir::{
-    AttributeId, Base, Binder, CompareOp, Decomposition, Domain, Expr, MethodId, Test, TypeId, Value, Var,
+    Action, ActionId, AttributeId, Base, Binder, CompareOp, Decomposition, Domain, Expr, MethodId, Test, TypeId, Value,
+    Var,
 };
 
 /// What is known of every decomposition of a domain.
@@ -12,6 +14,20 @@ pub(super) struct Prepared {
     first: Vec<u32>,
     /// Whether some action is projected onto geometry.
     pub projects: bool,
+    /// By action.
+    actions: Vec<OfAction>,
+    /// By method: its goal.
+    goals: Vec<Option<Folded>>,
+    /// By slot: whether it keeps its first value.
+    pub is_fixed: Vec<bool>,
+}
+
+/// An action's precondition and numbers.
+#[derive(Debug)]
+pub(super) struct OfAction {
+    pub preconditions: Folded,
+    /// Cost, least and most duration [s], where these are the same whatever the arguments and the state are, and valid.
+    pub numbers: Option<[f64; 3]>,
 }
 
 /// A decomposition's subtasks and binders.
@@ -24,6 +40,7 @@ pub(super) struct Order {
     pub after: Vec<Vec<usize>>,
     /// The variables that some subtask's argument mentions: all that still matters of a frame.
     pub live: Box<[Var]>,
+    pub preconditions: Folded,
     /// A short cut for each binder, in their order.
     pub joins: Box<[Join]>,
     /// What is tested before each binder's turn, in their order.
@@ -35,39 +52,54 @@ pub(super) struct Order {
 #[derive(Debug)]
 pub(super) struct Early {
     pub binder: u32,
+    pub test: Rest,
+}
+
+/// A test that is made here, with what never changes worked out.
+#[derive(Debug)]
+pub(super) struct Rest {
     pub test: Test,
+    pub folded: Folded,
 }
 
 /// What a filter says of a SELECT's variable that needs no look at every entity. `rest` is what is left of the filter.
 #[derive(Debug)]
 pub(super) enum Join {
     /// Nothing: every entity is looked at.
-    None { rest: Test },
+    None { rest: Rest },
     /// It is this.
-    Is { value: Expr, rest: Test },
+    Is { value: Expr, rest: Rest },
     /// A static attribute of it is this, or has this as a member: the positions of those that have an entity there, by that
     /// entity.
     Has {
         value: Expr,
-        rest: Test,
+        rest: Rest,
         places: Vec<Vec<u32>>,
     },
     /// It is a member of this.
-    Member { set: Expr, rest: Test },
+    Member { set: Expr, rest: Rest },
 }
 
 impl Prepared {
-    pub fn new(domain: &Domain) -> Self {
+    pub fn new(domain: &Domain, fixed: &Fixed) -> Self {
+        let mut folder = Folder::new(domain, fixed);
+        let action = |a: &crate::ir::Action| OfAction {
+            preconditions: folder.fold(&a.preconditions),
+            numbers: numbers(a),
+        };
         let mut prepared = Prepared {
             orders: Vec::new(),
             first: Vec::new(),
             projects: domain.actions.iter().any(|a| a.projects.is_some()),
+            actions: domain.actions.iter().map(action).collect(),
+            goals: Vec::new(),
+            is_fixed: domain.slots.iter().map(|s| fixed.has(s.attribute)).collect(),
         };
         for method in &domain.methods {
             prepared.first.push(prepared.orders.len() as u32);
-            prepared
-                .orders
-                .extend(method.decompositions.iter().map(|d| order(domain, d)));
+            prepared.goals.push(method.goal.as_ref().map(|goal| folder.fold(goal)));
+            let orders = method.decompositions.iter().map(|d| order(domain, &mut folder, d));
+            prepared.orders.extend(orders);
         }
         prepared
     }
@@ -77,12 +109,34 @@ impl Prepared {
         self.first[method.index()] + decomposition as u32
     }
 
+    #[inline]
     pub fn order(&self, number: u32) -> &Order {
         &self.orders[number as usize]
     }
+
+    #[inline]
+    pub fn action(&self, action: ActionId) -> &OfAction {
+        &self.actions[action.index()]
+    }
+
+    #[inline]
+    pub fn goal(&self, method: MethodId) -> Option<&Folded> {
+        self.goals[method.index()].as_ref()
+    }
 }
 
-fn order(domain: &Domain, decomposition: &Decomposition) -> Order {
+/// Returns an action's cost and durations where they are constants that it may have.
+fn numbers(action: &Action) -> Option<[f64; 3]> {
+    let number = |e: &Expr| match e {
+        Expr::Const(Value::Number(x)) => Some(*x),
+        _ => None,
+    };
+    let (least, most) = &action.duration;
+    let numbers @ [cost, least, most] = [number(&action.cost)?, number(least)?, number(most)?];
+    (cost >= 0.0 && least >= 0.0 && most >= least).then_some(numbers)
+}
+
+fn order(domain: &Domain, folder: &mut Folder<'_>, decomposition: &Decomposition) -> Order {
     let subtasks = &decomposition.subtasks;
     let mut live: Vec<Var> = Vec::new();
     for arg in subtasks.iter().flat_map(|s| &s.args) {
@@ -95,16 +149,9 @@ fn order(domain: &Domain, decomposition: &Decomposition) -> Order {
         chain: chain(decomposition),
         after: subtasks.iter().map(|s| s.after.clone()).collect(),
         live: live.into(),
-        joins: decomposition.binders.iter().map(|b| join(domain, b)).collect(),
-        early: early(domain, &decomposition.binders),
-    }
-}
-
-/// The literals of a filter.
-fn literals(filter: &Test) -> &[Test] {
-    match filter {
-        Test::And(parts) => parts.as_slice(),
-        other => std::slice::from_ref(other),
+        preconditions: folder.fold(&decomposition.preconditions),
+        joins: decomposition.binders.iter().map(|b| join(domain, folder, b)).collect(),
+        early: early(domain, folder, &decomposition.binders),
     }
 }
 
@@ -132,7 +179,7 @@ fn is_early(domain: &Domain, literal: &Test, var: Var) -> bool {
     !mentions(literal, var) && !literal.any(&mut |e| asks(e))
 }
 
-fn early(domain: &Domain, binders: &[Binder]) -> Box<[Box<[Early]>]> {
+fn early(domain: &Domain, folder: &mut Folder<'_>, binders: &[Binder]) -> Box<[Box<[Early]>]> {
     let mut early: Vec<Vec<Early>> = binders.iter().map(|_| Vec::new()).collect();
     for (i, binder) in binders.iter().enumerate() {
         let Binder::Select { var, filter, .. } = binder else {
@@ -145,7 +192,7 @@ fn early(domain: &Domain, binders: &[Binder]) -> Box<[Box<[Early]>]> {
             let last = binders[..i].iter().rposition(is_bound_by);
             early[last.map_or(0, |last| last + 1)].push(Early {
                 binder: i as u32,
-                test: literal.clone(),
+                test: rest(folder, literal.clone()),
             });
         }
     }
@@ -177,10 +224,20 @@ fn chain(decomposition: &Decomposition) -> Option<Box<[u32]>> {
     Some(chain.into())
 }
 
-fn join(domain: &Domain, binder: &Binder) -> Join {
+fn rest(folder: &mut Folder<'_>, test: Test) -> Rest {
+    Rest {
+        folded: folder.fold(&test),
+        test,
+    }
+}
+
+fn join(domain: &Domain, folder: &mut Folder<'_>, binder: &Binder) -> Join {
     let Binder::Select { var, ty, filter, .. } = binder else {
-        return Join::None { rest: Test::always() };
+        return Join::None {
+            rest: rest(folder, Test::always()),
+        };
     };
+    let fixed = folder.fixed;
     let late = literals(filter).iter().filter(|t| !is_early(domain, t, *var));
     let parts: Vec<Test> = late.cloned().collect();
     let is_var = |e: &Expr| matches!(e, Expr::Var(v) if v == var);
@@ -189,7 +246,7 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
         mentioned(e, &mut |v| free &= v != *var);
         free
     };
-    let without = |i: usize| Test::And([&parts[..i], &parts[i + 1..]].concat());
+    let mut without = |i: usize| rest(folder, Test::And([&parts[..i], &parts[i + 1..]].concat()));
     let (mut has, mut member) = (None, None);
     for (i, part) in parts.iter().enumerate() {
         match part {
@@ -212,7 +269,7 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
                         && is_var(base)
                         && args.is_empty()
                         && is_cheap(other)
-                        && let Some(places) = places(domain, *ty, *attribute)
+                        && let Some(places) = places(domain, fixed, *ty, *attribute)
                     {
                         has = Some(Join::Has {
                             value: other.clone(),
@@ -233,7 +290,7 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
                 set: Expr::Attribute { base, attribute, args },
             } if is_var(base) && args.is_empty() && is_free(element) && is_cheap(element) => {
                 if has.is_none()
-                    && let Some(places) = places(domain, *ty, *attribute)
+                    && let Some(places) = places(domain, fixed, *ty, *attribute)
                 {
                     has = Some(Join::Has {
                         value: element.clone(),
@@ -245,14 +302,16 @@ fn join(domain: &Domain, binder: &Binder) -> Join {
             _ => {}
         }
     }
-    has.or(member).unwrap_or(Join::None { rest: Test::And(parts) })
+    has.or(member).unwrap_or_else(|| Join::None {
+        rest: rest(folder, Test::And(parts)),
+    })
 }
 
 /// Returns, for each entity, the positions of those of a type that have it as the value of an attribute, or as a member of
 /// it; `None` where that may change, or where values are no entities.
-fn places(domain: &Domain, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec<u32>>> {
+fn places(domain: &Domain, fixed: &Fixed, ty: TypeId, attribute: AttributeId) -> Option<Vec<Vec<u32>>> {
     let of = &domain.attributes[attribute.index()];
-    if !is_static(domain, attribute) || !matches!(of.base, Base::Entity(_)) {
+    if !fixed.has(attribute) || !matches!(of.base, Base::Entity(_)) {
         return None;
     }
     let mut places = vec![Vec::new(); domain.entities.len()];
@@ -297,10 +356,4 @@ pub(super) fn mentioned(expr: &Expr, found: &mut dyn FnMut(Var)) {
             mentioned(b, found);
         }
     }
-}
-
-/// Says whether an attribute never changes.
-pub(super) fn is_static(domain: &Domain, attribute: AttributeId) -> bool {
-    let attribute = &domain.attributes[attribute.index()];
-    attribute.is_static && attribute.fact.is_none()
 }

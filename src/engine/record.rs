@@ -1,14 +1,14 @@
-//! Keeps the plans that a search finds, with what each step changed.
+//! Keeps the plans that a search finds.
 
 use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
 
-use super::changes::{changes, changes_of};
+use super::changes::changes;
 use super::hash::Print;
 use super::objective;
 use super::observe::Event;
-use super::outcome::{Aim, Found, Statistics};
+use super::outcome::{Aim, Found, News, Statistics};
 use super::search::{COST_TOLERANCE, Search};
 use crate::ir::SlotId;
 
@@ -64,7 +64,11 @@ impl Search<'_> {
         // even where the value happens to stay.
         let mut overruled = BTreeSet::new();
         if !self.shared.is_empty() {
-            for step in self.steps.iter().filter(|s| s.gas.is_none()) {
+            for step in self
+                .steps
+                .iter()
+                .filter(|s| self.charges[s.charge as usize].gas.is_none())
+            {
                 let writes = &self.slots[step.slots[1] as usize..step.slots[2] as usize];
                 let said = writes.iter().filter(|s| self.shared.binary_search(s).is_ok());
                 overruled.extend(said.copied());
@@ -72,32 +76,42 @@ impl Search<'_> {
         }
         // The first plan ends the search: nothing has to be kept for another.
         let is_last = self.settings.aim == Aim::First;
-        let (steps, tree, slots) = if is_last {
-            let (steps, tree) = (std::mem::take(&mut self.steps), std::mem::take(&mut self.tree));
-            (steps, tree, std::mem::take(&mut self.slots))
+        let (steps, charges, tree, slots) = if is_last {
+            let (steps, charges) = (std::mem::take(&mut self.steps), std::mem::take(&mut self.charges));
+            (
+                steps,
+                charges,
+                std::mem::take(&mut self.tree),
+                std::mem::take(&mut self.slots),
+            )
         } else {
-            (self.steps.clone(), self.tree.clone(), self.slots.clone())
+            (
+                self.steps.clone(),
+                self.charges.clone(),
+                self.tree.clone(),
+                self.slots.clone(),
+            )
         };
         let mut found = Found {
             steps,
+            charges,
             tree,
             cost: self.cost,
             amounts: Vec::new(),
             interleaved: self.settings.interleave,
             slots,
             overruled: overruled.into_iter().collect::<Vec<SlotId>>(),
-            changes: Vec::new(),
-            change_ends: Vec::new(),
+            news: News::Written(Vec::new()),
         };
-        (found.changes, found.change_ends) = if self.shared.is_empty() {
+        found.news = if self.shared.is_empty() {
             let news = if is_last {
                 std::mem::take(&mut self.news)
             } else {
                 self.news.clone()
             };
-            changes_of(domain, &found.steps, news)
+            News::Written(news)
         } else {
-            changes(domain, self.shared, &found, reasoner)
+            News::Changed(changes(domain, self.shared, &found, reasoner))
         };
         if domain.has_objective() {
             found.amounts = objective::of_plan(&found, domain, self.shared, reasoner);

@@ -3,6 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::explain::failed_literal;
+use super::fold::{Folded, literals};
 use super::hash::Print;
 use super::outcome::{NONE, Step, Tree};
 use super::search::{Flow, Search};
@@ -145,7 +146,10 @@ impl Search<'_> {
     /// Counts a refusal and tells it to the observer; `words` is asked if one of the two has not met it.
     fn count(&mut self, of: u32, print: Print, words: impl FnOnce(&mut Self) -> Refusal) {
         let (is_known, is_wanted) = (self.reasons.is_known(print), self.wants_words(print.key()));
+        let n_reads = self.context.reads.len();
         let refusal = (!is_known || is_wanted).then(|| words(self));
+        // What is looked at for the words alone has decided nothing.
+        self.context.reads.truncate(n_reads);
         if let Some(refusal) = &refusal
             && !is_known
         {
@@ -156,7 +160,7 @@ impl Search<'_> {
 
     /// Adds a task with its arguments to a fingerprint.
     pub fn print_of_task(&self, print: Print, node: u32) -> Print {
-        let task = match self.tree.nodes[node as usize].task {
+        let task = match self.tree.task(node) {
             TaskId::Action(a) => u64::from(a.0) << 1,
             TaskId::Method(m) => u64::from(m.0) << 1 | 1,
         };
@@ -166,14 +170,10 @@ impl Search<'_> {
 
     /// Says whether test number `which` of a task holds, whose frame begins at `from`. If not, the literal that fails is
     /// counted as the reason.
-    pub fn passes(&mut self, test: &Test, node: u32, from: usize, which: u64) -> bool {
-        let parts = match test {
-            Test::And(parts) => parts.as_slice(),
-            other => std::slice::from_ref(other),
-        };
-        for (i, part) in parts.iter().enumerate() {
+    pub fn passes(&mut self, (test, folded): (&Test, &Folded), node: u32, from: usize, which: u64) -> bool {
+        for (i, part) in literals(test).iter().enumerate() {
             let n_reads = self.context.reads.len();
-            if self.context.holds(part, &mut self.tree.values[from..]) {
+            if self.context.holds_part(folded, i, part, &mut self.tree.values[from..]) {
                 continue;
             }
             // The same task with the same values met is the same reason.
@@ -202,7 +202,7 @@ impl Search<'_> {
 
     /// Returns the variables of a task with their names: parameters, and what a decomposition binds.
     pub fn names(&self, node: u32, decomposition: Option<usize>) -> Vec<(Var, String)> {
-        let (domain, task) = (self.context.domain, self.tree.nodes[node as usize].task);
+        let (domain, task) = (self.context.domain, self.tree.task(node));
         let params = domain.task_params(task).iter().map(|p| p.name.clone());
         let mut names: Vec<(Var, String)> = params.enumerate().map(|(i, name)| (Var(i as u32), name)).collect();
         if let (TaskId::Method(m), Some(which)) = (task, decomposition)

@@ -15,16 +15,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rand_chacha::ChaCha8Rng;
 
 use super::agenda::{Agenda, AgendaMark};
+use super::backjump::Reads;
 use super::bound::{self, Bounds};
 use super::branching::{Factors, Reached};
-use super::effects::Changes;
+use super::effects::{Attributes, Changes};
 use super::eval::{Context, defined_fact};
+use super::fold::Fixed;
 use super::kept::Kept;
 use super::look_ahead::{LookAhead, Looks};
 use super::memo::Memo;
 use super::objective::{Objective, Sight};
 use super::observe::{Event, Observer};
-use super::outcome::{Aim, Ending, Found, NONE, Node, Outcome, Settings, Statistics, Step, Tree, Truncated};
+use super::outcome::{Aim, Charge, Ending, Found, NONE, Outcome, Place, Settings, Statistics, Step, Tree, Truncated};
 use super::prepare::Prepared;
 use super::reasoner::{GasNum, Mark, Reasoner};
 use super::record::Recorder;
@@ -42,8 +44,10 @@ pub(super) struct Point {
     pub world: Mark,
     agenda: AgendaMark,
     nodes: u32,
+    inners: u32,
     values: u32,
     steps: u32,
+    charges: u32,
     slots: u32,
     news: u32,
     cost: f64,
@@ -51,6 +55,14 @@ pub(super) struct Point {
     rest: u64,
     /// How many choices of the branch have taken another option than their first.
     discrepancies: u32,
+    /// What has been read since the mark or watch below it (`backjump`).
+    pub read: Attributes,
+}
+
+impl Point {
+    pub fn n_nodes(&self) -> u32 {
+        self.nodes
+    }
 }
 
 #[derive(Debug)]
@@ -75,8 +87,10 @@ pub(super) enum Choice {
         limit: u32,
         reached: Reached,
     },
-    /// No choice: below it, all that was tried from a state with tasks to do (`memo`).
+    /// No choice: above it, all that was tried from a state with tasks to do (`memo`).
     Watch,
+    /// No choice: above it, all that was tried after this node's task was done (`backjump`).
+    Done { node: u32 },
 }
 
 /// Whether the search goes on forward or has to take back a choice.
@@ -152,8 +166,9 @@ pub fn repair(
             })
         })
         .collect();
-    let (prepared, bounds) = (Prepared::new(domain), Bounds::new(domain));
-    let look_ahead = LookAhead::new(domain, &Changes::new(domain));
+    let fixed = Fixed::new(domain);
+    let (prepared, bounds) = (Prepared::new(domain, &fixed), Bounds::new(domain, &fixed));
+    let look_ahead = LookAhead::new(domain, Changes::new(domain));
     let start_world = reasoner.save();
     let mut rounds = Rounds::new(settings);
     let mut carried = Carried::default();
@@ -192,6 +207,7 @@ pub fn repair(
             agenda: Agenda::new(settings.interleave),
             tree: Tree::default(),
             steps: Vec::new(),
+            charges: Vec::new(),
             slots: Vec::new(),
             news: Vec::new(),
             choices: Vec::new(),
@@ -203,6 +219,7 @@ pub fn repair(
             round,
             random: stream(round.shuffle),
             memo: carried.memo,
+            reads: Reads::default(),
             recorder: carried.recorder,
             n_derivations: carried.n_derivations,
             begin: carried.statistics.backtracks,
@@ -216,6 +233,7 @@ pub fn repair(
             written: Vec::new(),
             observer: observer.as_deref_mut().map(|o| o as &mut dyn Observer),
         };
+        search.begin_reads();
         if rounds.number() > 1 {
             search.tell(|_| Event::WentBack {
                 node: 0,
@@ -300,10 +318,12 @@ pub(super) struct Search<'a> {
     pub agenda: Agenda,
     pub tree: Tree,
     pub steps: Vec<Step>,
-    /// What the steps read and write.
+    /// What the steps cost; a step shares one with a step before it.
+    pub charges: Vec<Charge>,
+    /// What the steps read of what may change, and write.
     pub slots: Vec<SlotId>,
-    /// What the steps have written, with the values that it had after each; nothing where attributes are shared with geometry.
-    pub news: Vec<(SlotId, Value)>,
+    /// The values that the steps have written; nothing where attributes are shared with geometry.
+    pub news: Vec<Value>,
     pub choices: Vec<(Point, Choice)>,
     pub cost: f64,
     pub rest: u64,
@@ -316,6 +336,7 @@ pub(super) struct Search<'a> {
     /// The plan's whole cost, where it is not the sum of its actions' costs and the best plan is wanted.
     pub objective: Option<Box<Objective<'a>>>,
     pub memo: Memo,
+    pub reads: Reads,
     pub recorder: Recorder,
     /// Plans found, those included that are the same as another.
     pub n_derivations: u64,
@@ -335,19 +356,12 @@ impl Search<'_> {
     /// Searches until the round ends; `None` says that its choices taken back are used up.
     fn run(&mut self, goal: &Goal, stop: &AtomicBool, on_plan: &mut dyn FnMut(&Found, &Statistics)) -> Option<Ending> {
         self.tree.values.extend(goal.args.iter().cloned());
-        self.tree.nodes.push(Node {
-            task: goal.task,
+        let root = Place {
             frame: 0,
             parent: NONE,
             subtask: 0,
-            decomposition: NONE,
-            depth: 0,
-            at: 0,
-            head: NONE,
-            streak: 0,
-            anchor: NONE,
-            returns: 0,
-        });
+        };
+        self.tree.push(goal.task, root, 0, NONE);
         // An earlier round may have found a plan than which none is cheaper.
         let mut flow = match self.too_costly() {
             Some(flow) => flow,
@@ -358,6 +372,7 @@ impl Search<'_> {
                 if self.refuse_short().is_none() && self.record(on_plan) {
                     return Some(Ending::FirstPlan);
                 }
+                self.reads.path();
                 flow = Flow::Back;
             }
             if flow == Flow::Back {
@@ -375,12 +390,17 @@ impl Search<'_> {
             flow = match flow {
                 Flow::Forward => self.advance(),
                 Flow::Back => match self.choices.pop() {
-                    Some((_, Choice::Watch)) => {
-                        self.end_watch();
+                    Some((point, Choice::Watch)) => {
+                        self.end_watch(point.read);
+                        Flow::Back
+                    }
+                    Some((point, Choice::Done { node })) => {
+                        self.end_done(node, point.read);
                         Flow::Back
                     }
                     Some((point, _)) if point.discrepancies >= self.round.discrepancies => {
                         self.left_out += 1;
+                        self.reads.path();
                         Flow::Back
                     }
                     Some((point, choice)) => {
@@ -424,8 +444,12 @@ impl Search<'_> {
             // INVARIANT: only choices keep marks over a task's end, so nobody can come back.
             self.context.state.keep();
         }
+        self.mark_done();
         if let Some(flow) = self.refuse_dead_end() {
             return flow;
+        }
+        if let Some((cell, subtask)) = self.agenda.only_ready(self.prepared) {
+            return self.start_subtask(cell, subtask);
         }
         let ready = |cell, subtask| self.agenda.ready(self.prepared, cell, subtask);
         // INVARIANT: the order has no cycle (checked), so a cell has a subtask that is ready.
@@ -435,10 +459,10 @@ impl Search<'_> {
         match ready(cell, subtask + 1) {
             None => self.start_subtask(cell, subtask),
             Some((next_cell, next)) => {
-                let point = self.point();
-                if !self.is_new(&point, None, point.nodes, 0) {
+                if !self.is_new(None, 0) {
                     return Flow::Back;
                 }
+                let point = self.point();
                 if self.random.is_some() {
                     let left = self.orders_drawn(cell, subtask);
                     return self.start_next(point, left);
@@ -464,24 +488,30 @@ impl Search<'_> {
             world: self.context.reasoner.save(),
             agenda: self.agenda.mark(),
             nodes: self.tree.nodes.len() as u32,
+            inners: self.tree.inners.len() as u32,
             values: self.tree.values.len() as u32,
             steps: self.steps.len() as u32,
+            charges: self.charges.len() as u32,
             slots: self.slots.len() as u32,
             news: self.news.len() as u32,
             cost: self.cost,
             rest: self.rest,
             discrepancies: self.discrepancies,
+            read: self.reads.since,
         }
     }
 
     pub fn go_back(&mut self, point: &Point) {
+        self.note_reads();
         self.context.reads.clear();
         self.context.state.restore(point.trail);
         self.context.reasoner.restore(point.world);
         self.agenda.restore(point.agenda, point.nodes as usize);
         self.tree.nodes.truncate(point.nodes as usize);
+        self.tree.inners.truncate(point.inners as usize);
         self.tree.values.truncate(point.values as usize);
         self.steps.truncate(point.steps as usize);
+        self.charges.truncate(point.charges as usize);
         self.reasons.shortened(point.steps as usize);
         self.slots.truncate(point.slots as usize);
         self.news.truncate(point.news as usize);
@@ -495,7 +525,7 @@ impl Search<'_> {
     /// Takes the next option of a choice point that was gone back to; the choice stays on the stack while it has more.
     fn retry(&mut self, point: Point, choice: Choice) -> Flow {
         match choice {
-            Choice::Decomposition { node, next } => self.decompose(point, node, next),
+            Choice::Decomposition { node, next } => self.decompose(Some(point), node, next),
             Choice::Binding { node, binder, next } => self.bind_next(point, node, binder, next),
             Choice::Decompositions { node, left } => self.decompose_next(point, node, left),
             Choice::Orders { left } => self.start_next(point, left),
@@ -522,7 +552,7 @@ impl Search<'_> {
                 Ok(best) => self.try_alternative(point, node, gas, tried, limit, best),
                 Err(flow) => flow,
             },
-            Choice::Watch => Flow::Back,
+            Choice::Watch | Choice::Done { .. } => Flow::Back,
         }
     }
 

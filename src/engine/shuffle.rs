@@ -7,7 +7,6 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::outcome::Node;
 use super::search::{Choice, Flow, Point, Search};
 use crate::ir::{Binder, TaskId, Value};
 
@@ -26,12 +25,17 @@ impl Search<'_> {
 
     /// Tries the decompositions of a method whose preconditions hold, in a drawn order.
     pub fn decompose_drawn(&mut self, point: Point, node: u32) -> Flow {
-        let Node { task, frame, .. } = self.tree.nodes[node as usize];
-        let TaskId::Method(id) = task else { return Flow::Back };
+        let frame = self.tree.nodes[node as usize].frame;
+        let TaskId::Method(id) = self.tree.task(node) else {
+            return Flow::Back;
+        };
+        let prepared = self.prepared;
         let method = &self.context.domain.methods[id.index()];
         let mut left = Vec::new();
         for (index, decomposition) in method.decompositions.iter().enumerate() {
-            if self.passes(&decomposition.preconditions, node, frame as usize, index as u64) {
+            let folded = &prepared.order(prepared.number(id, index)).preconditions;
+            let test = (&decomposition.preconditions, folded);
+            if self.passes(test, node, frame as usize, index as u64) {
                 left.push(index as u32);
             }
         }
@@ -41,13 +45,13 @@ impl Search<'_> {
 
     /// Applies the last of these decompositions; leaves a choice point for the rest.
     pub fn decompose_next(&mut self, point: Point, node: u32, mut left: Vec<u32>) -> Flow {
-        let (TaskId::Method(id), Some(index)) = (self.tree.nodes[node as usize].task, left.pop()) else {
+        let (TaskId::Method(id), Some(index)) = (self.tree.task(node), left.pop()) else {
             return Flow::Back;
         };
         if !left.is_empty() {
             self.choices.push((point, Choice::Decompositions { node, left }));
         }
-        self.tree.nodes[node as usize].decomposition = index;
+        self.set_decomposition(node, index);
         self.bind_from(node, id, index as usize, 0)
     }
 

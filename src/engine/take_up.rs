@@ -2,11 +2,11 @@
 
 use super::explain::show_test;
 use super::observe::Event;
-use super::outcome::{NONE, Node};
-use super::prepare::Join;
+use super::outcome::Place;
+use super::prepare::{Join, Rest};
 use super::refusals::Kind;
 use super::search::{Choice, Flow, Point, Search};
-use crate::ir::{Binder, Domain, Expr, MethodId, SelectOrder, TaskId, Test, TypeId, Value, Var, show_expr};
+use crate::ir::{Binder, EntityId, Expr, MethodId, SelectOrder, TaskId, Test, TypeId, Value, Var, show_expr};
 use crate::plan::Refusal;
 
 impl<'a> Search<'a> {
@@ -15,20 +15,19 @@ impl<'a> Search<'a> {
         let domain = self.context.domain;
         let parent = self.agenda.cell(cell).node;
         self.agenda.begin(self.prepared, cell, subtask, self.guard());
-        let Node {
-            task,
-            frame,
-            decomposition,
-            depth,
-            ..
-        } = self.tree.nodes[parent as usize];
-        let Some(decomposition) = decomposition_of(domain, task, decomposition) else {
+        let Some(decomposition) = self.tree.decomposition_in(domain, parent) else {
             return Flow::Back;
         };
+        let frame = self.tree.nodes[parent as usize].frame;
         let todo = &decomposition.subtasks[subtask as usize];
         let start = self.tree.values.len();
         for (position, arg) in todo.args.iter().enumerate() {
-            match self.context.value(arg, &mut self.tree.values[frame as usize..]) {
+            // Most arguments are variables: nothing has to be looked up.
+            let value = match arg {
+                Expr::Var(var) => Some(self.tree.values[frame as usize + var.index()].clone()),
+                arg => self.context.value(arg, &mut self.tree.values[frame as usize..]),
+            };
+            match value {
                 Some(Value::Null) | None => {
                     self.tree.values.truncate(start);
                     let task = domain.task_name(todo.task);
@@ -40,20 +39,13 @@ impl<'a> Search<'a> {
                 Some(value) => self.tree.values.push(value),
             }
         }
-        let node = self.tree.nodes.len() as u32;
-        self.tree.nodes.push(Node {
-            task: todo.task,
+        let place = Place {
             frame: start as u32,
             parent,
             subtask,
-            decomposition: NONE,
-            depth: depth + 1,
-            at: self.steps.len() as u32,
-            head: self.agenda.head,
-            streak: 0,
-            anchor: NONE,
-            returns: 0,
-        });
+        };
+        let at = self.steps.len() as u32;
+        let node = self.tree.push(todo.task, place, at, self.agenda.head);
         self.rest -= self.bounds.task(todo.task);
         self.reach(node)
     }
@@ -66,22 +58,26 @@ impl<'a> Search<'a> {
         }
         self.statistics.expansions += 1;
         self.tell_taken_up(node);
+        self.note_reads();
         self.context.reads.clear();
-        let Node { task, frame, depth, .. } = self.tree.nodes[node as usize];
-        match task {
+        match self.tree.task(node) {
             TaskId::Action(action) => self.try_action(node, action),
             TaskId::Method(id) => {
                 self.note_streak(node);
+                let frame = self.tree.nodes[node as usize].frame;
+                let depth = self.tree.inner(node).map_or(0, |inner| inner.depth);
                 if depth as usize > self.settings.budget.depth {
                     return self.refuse_depth(node);
                 }
                 let method = &self.context.domain.methods[id.index()];
                 let n_args = self.tree.values.len();
-                self.tree
-                    .values
-                    .resize(frame as usize + method.n_vars.max(method.params.len()), Value::Null);
-                if let Some(goal) = &method.goal
-                    && self.context.holds(goal, &mut self.tree.values[frame as usize..])
+                for _ in method.params.len()..method.n_vars {
+                    self.tree.values.push(Value::Null);
+                }
+                if let (Some(goal), Some(folded)) = (&method.goal, self.prepared.goal(id))
+                    && self
+                        .context
+                        .holds_folded(folded, goal, &mut self.tree.values[frame as usize..])
                 {
                     self.tree.values.truncate(n_args);
                     self.tell(|_| Event::GoalHeld { node });
@@ -92,32 +88,44 @@ impl<'a> Search<'a> {
                 if let Some(flow) = self.refuse_cycle(node) {
                     return flow;
                 }
-                let point = self.point();
-                if !self.is_new(&point, Some(node), node, depth) {
+                if !self.is_new(Some(node), depth) {
                     return Flow::Back;
                 }
-                self.decompose(point, node, 0)
+                self.decompose(None, node, 0)
             }
         }
     }
 
-    /// Applies the first decomposition from `next` on whose precondition holds; leaves a choice point for the rest.
-    pub fn decompose(&mut self, point: Point, node: u32, next: u32) -> Flow {
-        let Node { task, frame, .. } = self.tree.nodes[node as usize];
-        let TaskId::Method(id) = task else { return Flow::Back };
-        let method = &self.context.domain.methods[id.index()];
+    pub fn set_decomposition(&mut self, node: u32, index: u32) {
+        if let Some(inner) = self.tree.inner_mut(node) {
+            inner.decomposition = index;
+        }
+    }
+
+    /// Applies the first decomposition from `next` on whose precondition holds; leaves a choice point for the rest: the one
+    /// that was gone back to, or one of now.
+    pub fn decompose(&mut self, point: Option<Point>, node: u32, next: u32) -> Flow {
+        let TaskId::Method(id) = self.tree.task(node) else {
+            return Flow::Back;
+        };
+        let frame = self.tree.nodes[node as usize].frame;
+        let (method, prepared) = (&self.context.domain.methods[id.index()], self.prepared);
         if self.random.is_some() {
+            let point = point.unwrap_or_else(|| self.point());
             return self.decompose_drawn(point, node);
         }
         for (index, decomposition) in method.decompositions.iter().enumerate().skip(next as usize) {
-            if !self.passes(&decomposition.preconditions, node, frame as usize, index as u64) {
+            let folded = &prepared.order(prepared.number(id, index)).preconditions;
+            let test = (&decomposition.preconditions, folded);
+            if !self.passes(test, node, frame as usize, index as u64) {
                 continue;
             }
             if index + 1 < method.decompositions.len() {
                 let next = index as u32 + 1;
+                let point = point.unwrap_or_else(|| self.point());
                 self.choices.push((point, Choice::Decomposition { node, next }));
             }
-            self.tree.nodes[node as usize].decomposition = index as u32;
+            self.set_decomposition(node, index as u32);
             self.tell(|_| Event::Decomposed {
                 node,
                 decomposition: index as u32,
@@ -135,7 +143,8 @@ impl<'a> Search<'a> {
         let prepared = self.prepared.order(self.prepared.number(method, index));
         for (number, b) in decomposition.binders.iter().enumerate().skip(binder) {
             for early in &prepared.early[number] {
-                if !self.context.holds(&early.test, &mut self.tree.values[frame..]) {
+                let Rest { test, folded } = &early.test;
+                if !self.context.holds_folded(folded, test, &mut self.tree.values[frame..]) {
                     return self.refuse_binding(node, early.binder);
                 }
             }
@@ -146,23 +155,36 @@ impl<'a> Search<'a> {
                     self.tree.values[frame + var.index()] = value.unwrap_or(Value::Null);
                 }
                 Binder::Select { order, .. } => {
-                    let number = number as u32;
+                    let is_drawn = self.random.is_some();
                     let found = match order {
-                        SelectOrder::Sorted { .. } => self.bind_sorted(node, number),
-                        SelectOrder::Declared if self.random.is_some() => self.bind_drawn(node, number),
+                        SelectOrder::Sorted { .. } => self.bind_sorted(node, number as u32),
+                        SelectOrder::Declared if is_drawn => self.bind_drawn(node, number as u32),
                         SelectOrder::Declared | SelectOrder::Once => {
-                            let next = self.passing(node, number, 0);
-                            next.map(|next| {
-                                let point = self.point();
-                                self.bind_next(point, node, number, next)
-                            })
+                            let of = Select {
+                                binder: b,
+                                join: &prepared.joins[number],
+                                frame,
+                            };
+                            if let Some(at) = self.passing_of(of, 0) {
+                                let next = match order {
+                                    SelectOrder::Once => None,
+                                    SelectOrder::Declared | SelectOrder::Sorted { .. } => self.passing_of(of, at + 1),
+                                };
+                                if let Some(next) = next {
+                                    let (point, binder) = (self.point(), number as u32);
+                                    self.choices.push((point, Choice::Binding { node, binder, next }));
+                                }
+                                self.set_bound(node, of, at);
+                                continue;
+                            }
+                            None
                         }
                     };
-                    return found.unwrap_or_else(|| self.refuse_binding(node, number));
+                    return found.unwrap_or_else(|| self.refuse_binding(node, number as u32));
                 }
             }
         }
-        self.rest += self.bounds.sum(decomposition);
+        self.rest += self.bounds.of(method, index);
         if let Some(flow) = self.too_costly() {
             return flow;
         }
@@ -188,11 +210,8 @@ impl<'a> Search<'a> {
         else {
             return Flow::Back;
         };
-        let Node {
-            decomposition: which,
-            frame,
-            ..
-        } = self.tree.nodes[node as usize];
+        let frame = self.tree.nodes[node as usize].frame;
+        let which = self.tree.decomposition(node);
         let more = [u64::from(which), u64::from(binder)];
         self.refuse_asking(Kind::NoBinding, node, &more, |search| Refusal::NoBinding {
             task: search.show(node),
@@ -240,9 +259,8 @@ impl<'a> Search<'a> {
 
     /// Returns the refusal of a task whose argument is NULL; `node` has the variables.
     pub fn null_argument(&self, node: u32, task: String, position: usize, arg: &Expr) -> Refusal {
-        let Node {
-            frame, decomposition, ..
-        } = self.tree.nodes[node as usize];
+        let frame = self.tree.nodes[node as usize].frame;
+        let decomposition = self.tree.decomposition(node);
         let domain = self.context.domain;
         let value = |v: Var| domain.show(&self.tree.values[frame as usize + v.index()]);
         let names = self.names(node, Some(decomposition as usize));
@@ -259,37 +277,47 @@ impl<'a> Search<'a> {
     }
 
     pub fn binder(&self, node: u32, binder: u32) -> Option<&'a Binder> {
-        let Node {
-            task, decomposition, ..
-        } = self.tree.nodes[node as usize];
-        decomposition_of(self.context.domain, task, decomposition)?
-            .binders
-            .get(binder as usize)
+        let decomposition = self.tree.decomposition_in(self.context.domain, node)?;
+        decomposition.binders.get(binder as usize)
     }
 
     /// Returns the position of the first entity from `from` on that passes a SELECT's filter.
     pub fn passing(&mut self, node: u32, binder: u32, from: u32) -> Option<u32> {
-        let domain = self.context.domain;
-        let Node {
-            task,
-            decomposition,
-            frame,
-            ..
-        } = self.tree.nodes[node as usize];
-        let TaskId::Method(method) = task else { return None };
-        let of_node = decomposition_of(domain, task, decomposition)?;
-        let Some(Binder::Select { var, ty, filter, .. }) = of_node.binders.get(binder as usize) else {
+        let of = self.select(node, binder)?;
+        self.passing_of(of, from)
+    }
+
+    fn select(&self, node: u32, binder: u32) -> Option<Select<'a>> {
+        let TaskId::Method(method) = self.tree.task(node) else {
             return None;
         };
-        let (frame, var) = (frame as usize, var.index());
-        let entities = &domain.types[ty.index()].entities;
-        let number = self.prepared.number(method, decomposition as usize);
-        let passes = |search: &mut Self, filter: &Test, at: usize| {
+        let prepared = self.prepared;
+        let number = prepared.number(method, self.tree.decomposition(node) as usize);
+        Some(Select {
+            binder: self.binder(node, binder)?,
+            join: &prepared.order(number).joins[binder as usize],
+            frame: self.tree.nodes[node as usize].frame as usize,
+        })
+    }
+
+    fn passing_of(&mut self, of: Select<'a>, from: u32) -> Option<u32> {
+        let Select { binder, join, frame } = of;
+        let Binder::Select { var, ty, filter, .. } = binder else {
+            return None;
+        };
+        let var = var.index();
+        let entities = &self.context.domain.types[ty.index()].entities;
+        let passes = |search: &mut Self, rest: &Rest, at: usize| {
+            search.tree.values[frame + var] = Value::Entity(entities[at]);
+            let values = &mut search.tree.values[frame..];
+            search.context.holds_folded(&rest.folded, &rest.test, values)
+        };
+        let passes_whole = |search: &mut Self, at: usize| {
             search.tree.values[frame + var] = Value::Entity(entities[at]);
             search.context.holds(filter, &mut search.tree.values[frame..])
         };
         let from = from as usize;
-        let found = match &self.prepared.order(number).joins[binder as usize] {
+        let found = match join {
             // There is one at most, and it has been seen.
             Join::Is { .. } if from > 0 => None,
             Join::Is { value, rest } => {
@@ -297,7 +325,7 @@ impl<'a> Search<'a> {
                 let Some(Value::Entity(e)) = self.context.value(value, &mut self.tree.values[frame..]) else {
                     return None;
                 };
-                let at = entities.binary_search(&e).ok()?;
+                let at = place_of(entities, e)?;
                 passes(self, rest, at).then_some(at)
             }
             Join::Has { value, rest, places } => {
@@ -309,7 +337,7 @@ impl<'a> Search<'a> {
                         places.find(|at| passes(self, rest, *at))
                     }
                     // NULL: those without a value are not listed, and no set has it as a member.
-                    _ => (from..entities.len()).find(|at| passes(self, filter, *at)),
+                    _ => (from..entities.len()).find(|at| passes_whole(self, *at)),
                 }
             }
             Join::Member { set, rest } => {
@@ -318,7 +346,7 @@ impl<'a> Search<'a> {
                     _ => return None,
                 };
                 let first = *entities.get(from)?;
-                let mut places = members.iter_from(first).filter_map(|e| entities.binary_search(&e).ok());
+                let mut places = members.iter_from(first).filter_map(|e| place_of(entities, e));
                 places.find(|at| passes(self, rest, *at))
             }
             Join::None { rest } => (from..entities.len()).find(|at| passes(self, rest, *at)),
@@ -328,30 +356,36 @@ impl<'a> Search<'a> {
 
     /// Binds a SELECT's variable to the entity at a position; leaves a choice point if another one passes.
     pub fn bind_next(&mut self, point: Point, node: u32, binder: u32, at: u32) -> Flow {
-        let domain = self.context.domain;
-        let Some(Binder::Select { ty, order, .. }) = self.binder(node, binder) else {
+        let (Some(of), TaskId::Method(method)) = (self.select(node, binder), self.tree.task(node)) else {
             return Flow::Back;
         };
-        let value = Value::Entity(domain.types[ty.index()].entities[at as usize]);
-        if !matches!(order, SelectOrder::Once)
-            && let Some(next) = self.passing(node, binder, at + 1)
-        {
+        if let Some(next) = self.passing_of(of, at + 1) {
             self.choices.push((point, Choice::Binding { node, binder, next }));
         }
-        self.bind(node, binder, value)
+        self.set_bound(node, of, at);
+        let decomposition = self.tree.decomposition(node);
+        self.bind_from(node, method, decomposition as usize, binder as usize + 1)
+    }
+
+    /// Gives a SELECT's variable the entity at a position.
+    fn set_bound(&mut self, node: u32, of: Select<'a>, at: u32) {
+        let Binder::Select { var, var_name, ty, .. } = of.binder else {
+            return;
+        };
+        let place = of.frame + var.index();
+        self.tree.values[place] = Value::Entity(self.context.domain.types[ty.index()].entities[at as usize]);
+        self.tell(|search| Event::Bound {
+            node,
+            variable: var_name,
+            value: &search.tree.values[place],
+        });
     }
 
     /// Binds a SELECTORDERED's variable to the first of its entities; `None` if there is none.
     fn bind_sorted(&mut self, node: u32, binder: u32) -> Option<Flow> {
         let domain = self.context.domain;
-        let Node {
-            task,
-            decomposition,
-            frame,
-            ..
-        } = self.tree.nodes[node as usize];
-        let of_node = decomposition_of(domain, task, decomposition)?;
-        let Some(Binder::Select { var, ty, order, .. }) = of_node.binders.get(binder as usize) else {
+        let frame = self.tree.nodes[node as usize].frame;
+        let Some(Binder::Select { var, ty, order, .. }) = self.binder(node, binder) else {
             return None;
         };
         let SelectOrder::Sorted { key, descending } = order else {
@@ -388,12 +422,7 @@ impl<'a> Search<'a> {
 
     /// Gives a SELECT's variable its value and goes on with the next binder.
     pub fn bind(&mut self, node: u32, binder: u32, value: Value) -> Flow {
-        let Node {
-            task,
-            decomposition,
-            frame,
-            ..
-        } = self.tree.nodes[node as usize];
+        let frame = self.tree.nodes[node as usize].frame;
         if let Some(Binder::Select { var, var_name, .. }) = self.binder(node, binder) {
             let at = frame as usize + var.index();
             self.tree.values[at] = value;
@@ -403,29 +432,37 @@ impl<'a> Search<'a> {
                 value: &search.tree.values[at],
             });
         }
-        let TaskId::Method(method) = task else {
+        let TaskId::Method(method) = self.tree.task(node) else {
             return Flow::Back;
         };
+        let decomposition = self.tree.decomposition(node);
         self.bind_from(node, method, decomposition as usize, binder as usize + 1)
+    }
+}
+
+/// A SELECT at its turn.
+#[derive(Clone, Copy)]
+struct Select<'a> {
+    binder: &'a Binder,
+    join: &'a Join,
+    frame: usize,
+}
+
+/// Returns where an entity stands among those of a type, which are in order and mostly one behind the other.
+fn place_of(entities: &[EntityId], e: EntityId) -> Option<usize> {
+    let near = e.index().checked_sub(entities.first()?.index())?;
+    match entities.get(near) {
+        Some(other) if *other == e => Some(near),
+        _ => entities.binary_search(&e).ok(),
     }
 }
 
 impl<'a> Search<'a> {
     /// Returns the task of a node's subtask, and its arguments.
     pub fn subtask_of(&self, node: u32, subtask: usize) -> (TaskId, &'a [crate::ir::Expr]) {
-        let Node {
-            task, decomposition, ..
-        } = self.tree.nodes[node as usize];
-        let of = decomposition_of(self.context.domain, task, decomposition);
+        let of = self.tree.decomposition_in(self.context.domain, node);
         let subtask = of.and_then(|d| d.subtasks.get(subtask));
-        subtask.map_or((task, &[]), |s| (s.task, s.args.as_slice()))
-    }
-}
-
-fn decomposition_of(domain: &Domain, task: TaskId, index: u32) -> Option<&crate::ir::Decomposition> {
-    match task {
-        TaskId::Method(m) => domain.methods[m.index()].decompositions.get(index as usize),
-        TaskId::Action(_) => None,
+        subtask.map_or((self.tree.task(node), &[]), |s| (s.task, s.args.as_slice()))
     }
 }
 

@@ -20,23 +20,23 @@ use parry3d_f64::shape::SupportMap;
 
 use super::{Pose, Vec3, hull::Hull, shape::Shape};
 
-pub use rays::ray;
+pub use rays::{Seen, ray};
 
 /// A shape prepared for queries, in its own frame S.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
-    core: Core,
+    pub(in crate::geom) core: Core,
     /// Radius of the ball that is added to the core [m].
-    round: f64,
+    pub(in crate::geom) round: f64,
     /// Half sides of the box about the core, along the axes of S [m].
-    half: Vec3,
+    pub(in crate::geom) half: Vec3,
     /// Radius of the sphere about the origin of S that contains everything [m].
     radius: f64,
 }
 
 /// A convex set about the origin; axes along z [m].
 #[derive(Debug, Clone, PartialEq)]
-enum Core {
+pub(in crate::geom) enum Core {
     Point,
     Segment { half_length: f64 },
     Box { half: Vec3 },
@@ -108,8 +108,13 @@ impl Solid {
 
 /// Returns whether two solids have a point in common. Poses that are not finite touch everything.
 pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
+    within(a, X_WA, b, X_WB, 0.0)
+}
+
+/// Returns whether two solids come within `margin` of each other [m, not negative]: whether they touch when one is padded by it.
+pub fn within(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose, margin: f64) -> bool {
     let between = (X_WB.translation.vector - X_WA.translation.vector).norm_squared();
-    let most = a.radius + b.radius;
+    let most = a.radius + margin + b.radius;
     if between > most * most {
         return false;
     }
@@ -117,11 +122,11 @@ pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
     if !is_finite(&X_AB) {
         return true;
     }
-    let round = a.round + b.round;
+    let round = a.round + margin + b.round;
     if let Some(distance) = closed::signed_distance(&a.core, &b.core, &X_AB) {
         return distance <= round;
     }
-    if let Some(answer) = by_rounder_cores(a, b, &X_AB) {
+    if let Some(answer) = by_rounder_cores(&a.core, &b.core, round, &X_AB) {
         return answer;
     }
     // The gap between the cores' boxes is at most the gap between the cores.
@@ -146,14 +151,14 @@ pub fn touch(a: &Solid, X_WA: &Pose, b: &Solid, X_WB: &Pose) -> bool {
 }
 
 /// The answer of the capsules around cylinders, if they are apart, or of those within, if they touch; most pairs need no more.
-fn by_rounder_cores(a: &Solid, b: &Solid, X_AB: &Pose) -> Option<bool> {
+fn by_rounder_cores(a: &Core, b: &Core, round: f64, X_AB: &Pose) -> Option<bool> {
     let distance = |(c, r): (Core, f64), (d, s): (Core, f64)| {
-        closed::signed_distance(&c, &d, X_AB).map(|distance| distance - r - s - a.round - b.round)
+        closed::signed_distance(&c, &d, X_AB).map(|distance| distance - r - s - round)
     };
-    if distance(a.core.capsule_around()?, b.core.capsule_around()?)? > 0.0 {
+    if distance(a.capsule_around()?, b.capsule_around()?)? > 0.0 {
         return Some(false);
     }
-    (distance(a.core.capsule_within(), b.core.capsule_within())? <= 0.0).then_some(true)
+    (distance(a.capsule_within(), b.capsule_within())? <= 0.0).then_some(true)
 }
 
 /// Returns the least distance between two solids [m]; 0 when they touch, or when a pose is not finite.

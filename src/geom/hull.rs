@@ -248,6 +248,29 @@ impl Hull {
         }
         (found.enter <= found.leave).then_some(found)
     }
+
+    /// Says whether the segment of points `p + t d`, t from 0 to `until`, has a point in the hull grown by `margin` [m].
+    pub fn cuts(&self, p: &Vec3, d: &Vec3, until: f64, margin: f64) -> bool {
+        let (mut enter, mut leave) = (0.0, until);
+        for face in &self.faces {
+            let (along, left) = (face.normal.dot(d), face.offset + margin - face.normal.dot(p));
+            if along > 0.0 {
+                // Divides only where the interval becomes shorter.
+                if left < leave * along {
+                    leave = left / along;
+                }
+            } else if left < enter * along {
+                if along == 0.0 {
+                    return false;
+                }
+                enter = left / along;
+            }
+            if enter > leave {
+                return false;
+            }
+        }
+        true
+    }
 }
 
 /// A line's way through a hull.

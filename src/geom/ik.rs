@@ -1,17 +1,21 @@
-//! Numeric inverse kinematics within joint limits.
+//! Inverse kinematics within joint limits.
 //!
-//! Levenberg-Marquardt whose damping is the remaining error (Sugihara, IEEE T-RO 27(5), 2011, doi:10.1109/TRO.2011.2148230), started
-//! from the seed and then from random configurations. Differs from the paper: a joint that would leave its limits is held there and
-//! the step is solved again without it; a try that stops gaining is given up early; steps are bounded.
-//! Does not know obstacles: every solution is offered to the caller's `accept`. Gives one solution, not the set of them.
+//! [`closed_form`] where the chain's geometry allows it: joints beyond six are held at values of the seed, then at others spread
+//! over their limits. Else, and where the closed form finds nothing, [`numeric`]: downhill from the seed, then from random
+//! configurations. Near the seed the numeric way goes first: it takes a few steps and stays on the seed's branch.
+//! Does not know obstacles: every solution is offered to the caller's `accept`.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
-use std::f64::consts::{PI, TAU};
+pub mod closed_form;
+mod numeric;
+mod six;
 
-use nalgebra::{Matrix6, RealField, UnitQuaternion};
+use nalgebra::{RealField, UnitQuaternion};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use self::closed_form::{ClosedForm, Scratch, apart, range};
+use self::numeric::Search;
 use super::kinematics::{Chain, Twist};
 use super::{Pose, Vec3};
 
@@ -50,20 +54,18 @@ pub struct NoIk {
 
 /// HEURISTIC: a radian of error weighs like so many metres; about the length of a forearm with its hand.
 const METRES_PER_RADIAN: f64 = 0.3;
-/// HEURISTIC: Sugihara's bias, with which the damping does not vanish before the error does.
-const BIAS: f64 = 1e-6;
-/// Longest step of one joint [rad] or [m]: beyond, the Jacobian says nothing.
-const MAX_STEP: f64 = 0.7;
-/// HEURISTIC: a try must lose this share of its error within so many steps, else another start is worth more.
-const PATIENCE: u32 = 8;
-const GAIN: f64 = 0.8;
-/// HEURISTIC: a restart begins at the nearest of so many random configurations; one step costs as much as about three of them.
-const DRAWS: u32 = 6;
+/// HEURISTIC: a seed whose remaining error costs less than this [m^2] is near: some 0.2 m, or 40 degrees.
+const NEAR: f64 = 0.02;
+/// Solutions are distinct where a joint differs by more than this [rad] or [m].
+const DISTINCT: f64 = 0.05;
+/// HEURISTIC: values of the held joints for each try. One that has no solution costs a tenth of a numeric try, and a third of the values has one.
+const ROUNDS_PER_TRY: u32 = 4;
 
 /// Returns a configuration, in chain order, that brings the tool to `target` within the tolerances and that `accept` takes.
 ///
 /// It lies within the limits; a joint that turns without limits is given the value within pi of the seed. The first try starts from
-/// `seed` (clamped to the limits); each solution that was refused counts as a try, too.
+/// `seed` (clamped to the limits); each solution that was refused counts as a try, too. A closed form without joints to
+/// hold offers all solutions that there are, nearest to the seed first, and says no when they are spent.
 ///
 /// # Errors
 ///
@@ -76,37 +78,256 @@ pub fn solve(
     rng: &mut ChaCha8Rng,
     accept: &mut dyn FnMut(&[f64]) -> bool,
 ) -> Result<Vec<f64>, NoIk> {
+    let form = match target {
+        Target::Pose(X_KT) if settings.restarts > 0 => chain.closed_form().map(|form| (form, X_KT)),
+        Target::Pose(_) | Target::Point(_) => None,
+    };
+    search(chain, target, seed, settings, form, rng, accept)
+}
+
+/// Like [`solve`] without the closed form: a second way to the same answers.
+///
+/// # Errors
+///
+/// When all tries are spent; the errors are those of the best one.
+pub fn solve_numerically(
+    chain: &Chain,
+    target: &Target,
+    seed: &[f64],
+    settings: &Settings,
+    rng: &mut ChaCha8Rng,
+    accept: &mut dyn FnMut(&[f64]) -> bool,
+) -> Result<Vec<f64>, NoIk> {
+    search(chain, target, seed, settings, None, rng, accept)
+}
+
+fn search(
+    chain: &Chain,
+    target: &Target,
+    seed: &[f64],
+    settings: &Settings,
+    form: Option<(&ClosedForm, &Pose)>,
+    rng: &mut ChaCha8Rng,
+    accept: &mut dyn FnMut(&[f64]) -> bool,
+) -> Result<Vec<f64>, NoIk> {
     let mut search = Search::new(chain, target, seed);
     let mut q = search.seed.clone();
-    let mut no_ik = NoIk {
-        position_error: f64::INFINITY,
-        rotation_error: f64::INFINITY,
-        rejected: 0,
+    let mut tries = Tries {
+        left: settings.restarts.saturating_add(1),
+        best: f64::INFINITY,
+        no_ik: NoIk {
+            position_error: f64::INFINITY,
+            rotation_error: f64::INFINITY,
+            rejected: 0,
+        },
     };
-    let mut best = f64::INFINITY;
-    for attempt in 0..=settings.restarts {
-        if attempt > 0 {
-            search.draw(&mut q, rng);
-        }
+    let (_, start) = to_target(target, &chain.tool_pose(&q));
+    if form.is_none() || start.cost() < NEAR {
         let error = search.descend(&mut q, settings);
-        if error.is_within(settings) {
-            search.unwind(&mut q);
-            if accept(&q) {
-                return Ok(q);
-            }
-            no_ik.rejected += 1;
-        }
-        if error.cost() < best {
-            best = error.cost();
-            no_ik.position_error = error.position;
-            no_ik.rotation_error = error.rotation;
-        }
-        if q.is_empty() {
-            break;
+        if tries.took(error, settings, &search, &mut q, accept) || q.is_empty() {
+            return tries.outcome(q);
         }
     }
-    Err(no_ik)
+    if let Some((form, X_KT)) = form {
+        let is_redundant = !form.held().is_empty();
+        let (mut scratch, mut misses) = (Scratch::default(), Vec::new());
+        let held = Held::new(form.held(), rng);
+        let before = tries.no_ik.rejected;
+        for round in 0..tries.left.saturating_mul(ROUNDS_PER_TRY) {
+            if tries.left == 0 {
+                break;
+            }
+            held.set(round, chain, &search.seed, &mut q, rng);
+            let n = form.candidates(chain, X_KT, &q, &mut scratch);
+            for k in 0..n {
+                if form.finish(chain, X_KT, k, &mut scratch, &mut q) {
+                    let (_, error) = to_target(target, &chain.tool_pose(&q));
+                    if tries.took(error, settings, &search, &mut q, accept) {
+                        return Ok(q);
+                    }
+                }
+                if tries.left == 0 {
+                    break;
+                }
+            }
+            if let Some((beyond, values)) = scratch.miss {
+                form.put(&values, &mut q);
+                misses.push((beyond, q.clone()));
+            }
+            if !is_redundant {
+                break;
+            }
+        }
+        if tries.no_ik.rejected > before {
+            return Err(tries.no_ik);
+        }
+        // Nothing was found. Six joints have no other solutions, or nearly so where two of them turn about one line: few tries say
+        // how far the target is. Of a redundant arm the values that were held may have been the wrong ones. What missed
+        // the limits by least is a good start.
+        tries.left = if is_redundant {
+            settings.restarts
+        } else {
+            settings.restarts.min(3)
+        }
+        .saturating_add(1);
+        misses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        misses.push((f64::INFINITY, search.seed.clone()));
+        for (_, miss) in misses {
+            if tries.left == 0 {
+                break;
+            }
+            q.copy_from_slice(&miss);
+            let error = search.descend(&mut q, settings);
+            if tries.took(error, settings, &search, &mut q, accept) {
+                return Ok(q);
+            }
+        }
+    }
+    while tries.left > 0 {
+        search.draw(&mut q, rng);
+        let error = search.descend(&mut q, settings);
+        if tries.took(error, settings, &search, &mut q, accept) {
+            return Ok(q);
+        }
+    }
+    Err(tries.no_ik)
 }
+
+/// Returns up to `limit` distinct configurations, in chain order, that bring the tool to `target` and that `accept` takes: nearest to
+/// the seed first (largest difference of a joint), and those are offered first.
+///
+/// `settings.restarts` says how many values of the joints beyond six are looked at, or how many numeric tries are made. Of a
+/// redundant arm's solutions, which are infinitely many, those are left out that differ from a nearer one by less
+/// than 0.05 rad in every joint. A closed form without joints beyond six gives all that there are.
+pub fn solutions(
+    chain: &Chain,
+    target: &Target,
+    seed: &[f64],
+    settings: &Settings,
+    limit: usize,
+    rng: &mut ChaCha8Rng,
+    accept: &mut dyn FnMut(&[f64]) -> bool,
+) -> Vec<Vec<f64>> {
+    let mut search = Search::new(chain, target, seed);
+    let mut q = search.seed.clone();
+    let mut found = Vec::new();
+    if let (Target::Pose(X_KT), Some(form)) = (target, chain.closed_form()) {
+        let mut scratch = Scratch::default();
+        let held = Held::new(form.held(), rng);
+        let rounds = if form.held().is_empty() { 0 } else { settings.restarts };
+        for round in 0..=rounds {
+            held.set(round, chain, &search.seed, &mut q, rng);
+            form.solutions(chain, X_KT, &q, &mut scratch, &mut found);
+        }
+    }
+    if found.is_empty() {
+        for attempt in 0..=settings.restarts {
+            if attempt > 0 {
+                search.draw(&mut q, rng);
+            } else {
+                q.copy_from_slice(&search.seed);
+            }
+            if search.descend(&mut q, settings).is_within(settings) {
+                found.push(q.clone());
+            }
+        }
+    }
+    for q in &mut found {
+        search.unwind(q);
+    }
+    found.sort_by(|a, b| apart(a, &search.seed).total_cmp(&apart(b, &search.seed)));
+    let mut taken: Vec<Vec<f64>> = Vec::new();
+    let mut offered: Vec<Vec<f64>> = Vec::new();
+    for q in found {
+        if taken.len() >= limit {
+            break;
+        }
+        if offered.iter().all(|other| apart(other, &q) > DISTINCT) {
+            if accept(&q) {
+                taken.push(q.clone());
+            }
+            offered.push(q);
+        }
+    }
+    taken
+}
+
+/// What is left of the budget, and what came of the rest.
+struct Tries {
+    left: u32,
+    /// Cost of the best one.
+    best: f64,
+    no_ik: NoIk,
+}
+
+impl Tries {
+    /// Counts a try that ended at `q` with this error; true when it is a solution that is accepted.
+    fn took(
+        &mut self,
+        error: Error,
+        settings: &Settings,
+        search: &Search<'_>,
+        q: &mut [f64],
+        accept: &mut dyn FnMut(&[f64]) -> bool,
+    ) -> bool {
+        self.left = self.left.saturating_sub(1);
+        if error.is_within(settings) {
+            search.unwind(q);
+            if accept(q) {
+                self.no_ik.rejected = 0;
+                self.best = -1.0;
+                return true;
+            }
+            self.no_ik.rejected += 1;
+        }
+        if error.cost() < self.best {
+            self.best = error.cost();
+            self.no_ik.position_error = error.position;
+            self.no_ik.rotation_error = error.rotation;
+        }
+        false
+    }
+
+    fn outcome(self, q: Vec<f64>) -> Result<Vec<f64>, NoIk> {
+        if self.best < 0.0 { Ok(q) } else { Err(self.no_ik) }
+    }
+}
+
+/// Values for the joints that a closed form holds: the seed's, then others, spread over the limits.
+struct Held<'a> {
+    columns: &'a [usize],
+    start: f64,
+}
+
+impl<'a> Held<'a> {
+    fn new(columns: &'a [usize], rng: &mut ChaCha8Rng) -> Held<'a> {
+        Held {
+            columns,
+            start: rng.random::<f64>(),
+        }
+    }
+
+    /// Puts the values of a round into `q`, whose other joints become the seed's.
+    fn set(&self, round: u32, chain: &Chain, seed: &[f64], q: &mut [f64], rng: &mut ChaCha8Rng) {
+        q.copy_from_slice(seed);
+        if round == 0 {
+            return;
+        }
+        for (k, i) in self.columns.iter().enumerate() {
+            // The first by the golden section, which leaves no gap longer than its neighbours; further ones at random.
+            let share = if k == 0 {
+                let v = self.start + f64::from(round) * GOLDEN;
+                v - v.floor()
+            } else {
+                rng.random::<f64>()
+            };
+            let (lower, upper) = range(&chain.dofs()[*i], seed[*i]);
+            q[*i] = lower + share * (upper - lower);
+        }
+    }
+}
+
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// What is left between the tool and its target.
 #[derive(Debug, Clone, Copy)]
@@ -126,138 +347,6 @@ impl Error {
     fn cost(&self) -> f64 {
         let angle = METRES_PER_RADIAN * self.rotation;
         0.5 * (self.position * self.position + angle * angle)
-    }
-}
-
-/// One problem with its scratch memory.
-struct Search<'a> {
-    chain: &'a Chain,
-    target: &'a Target,
-    /// Within the limits.
-    seed: Vec<f64>,
-    columns: Vec<Twist>,
-    held: Vec<bool>,
-    step: Vec<f64>,
-}
-
-impl<'a> Search<'a> {
-    fn new(chain: &'a Chain, target: &'a Target, seed: &[f64]) -> Search<'a> {
-        let clamp = |(i, dof): (usize, &super::kinematics::Dof)| {
-            let v = seed.get(i).copied().filter(|v| v.is_finite()).unwrap_or(0.0);
-            v.max(dof.lower).min(dof.upper)
-        };
-        let n = chain.dofs().len();
-        Search {
-            chain,
-            target,
-            seed: chain.dofs().iter().enumerate().map(clamp).collect(),
-            columns: Vec::with_capacity(n),
-            held: vec![false; n],
-            step: vec![0.0; n],
-        }
-    }
-
-    /// The nearest of some random configurations within the limits; where there are none, half a turn (or half a metre) about the seed.
-    fn draw(&mut self, q: &mut [f64], rng: &mut ChaCha8Rng) {
-        let mut drawn = vec![0.0; q.len()];
-        let mut least = f64::INFINITY;
-        for _ in 0..DRAWS {
-            for ((v, dof), seed) in drawn.iter_mut().zip(self.chain.dofs()).zip(&self.seed) {
-                let lower = if dof.lower.is_finite() { dof.lower } else { seed - PI };
-                let upper = if dof.upper.is_finite() { dof.upper } else { seed + PI };
-                *v = lower + rng.random::<f64>() * (upper - lower);
-            }
-            let cost = to_target(self.target, &self.chain.tool_pose(&drawn)).1.cost();
-            if cost < least {
-                least = cost;
-                q.copy_from_slice(&drawn);
-            }
-        }
-    }
-
-    /// Walks from `q` downhill; leaves the end in `q`.
-    fn descend(&mut self, q: &mut [f64], settings: &Settings) -> Error {
-        let mut mark = f64::INFINITY;
-        for iteration in 0..=settings.max_iterations {
-            let X_KT = self.chain.jacobian_into(q, &mut self.columns);
-            let (twist, error) = to_target(self.target, &X_KT);
-            let cost = error.cost();
-            if error.is_within(settings) || iteration == settings.max_iterations {
-                return error;
-            }
-            if iteration % PATIENCE == 0 {
-                if cost > GAIN * mark {
-                    return error;
-                }
-                mark = cost;
-            }
-            if !self.advance(q, twist, cost) {
-                return error;
-            }
-        }
-        // Not reached: the last iteration returns.
-        Error {
-            position: f64::INFINITY,
-            rotation: f64::INFINITY,
-        }
-    }
-
-    /// One damped step towards the remaining twist; false when no joint can move.
-    fn advance(&mut self, q: &mut [f64], mut twist: Twist, cost: f64) -> bool {
-        for row in 3..6 {
-            twist[row] *= METRES_PER_RADIAN;
-        }
-        for column in &mut self.columns {
-            for row in 3..6 {
-                // The rows of a free orientation would only stiffen the step.
-                column[row] *= if matches!(self.target, Target::Point(_)) {
-                    0.0
-                } else {
-                    METRES_PER_RADIAN
-                };
-            }
-        }
-        self.held.fill(false);
-        let n = q.len();
-        // Each round but the last holds one joint more.
-        for _ in 0..=n {
-            let mut H = Matrix6::identity() * (cost + BIAS);
-            for (column, _) in self.columns.iter().zip(&self.held).filter(|(_, held)| !**held) {
-                H.ger(1.0, column, column, 1.0);
-            }
-            let Some(factor) = H.cholesky() else { return false };
-            let y = factor.solve(&twist);
-            let mut blocked = false;
-            for (i, dof) in self.chain.dofs().iter().enumerate() {
-                self.step[i] = if self.held[i] { 0.0 } else { self.columns[i].dot(&y) };
-                let outward = (q[i] >= dof.upper && self.step[i] > 0.0) || (q[i] <= dof.lower && self.step[i] < 0.0);
-                if outward {
-                    self.held[i] = true;
-                    blocked = true;
-                }
-            }
-            if !blocked {
-                break;
-            }
-        }
-        let longest = self.step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-        if longest.is_nan() || longest < 1e-12 {
-            return false;
-        }
-        let scale = (MAX_STEP / longest).min(1.0);
-        for ((v, step), dof) in q.iter_mut().zip(&self.step).zip(self.chain.dofs()) {
-            *v = (*v + scale * step).max(dof.lower).min(dof.upper);
-        }
-        true
-    }
-
-    /// Takes whole turns off the joints that have no limits, until each is within pi of the seed.
-    fn unwind(&self, q: &mut [f64]) {
-        for (i, (v, seed)) in q.iter_mut().zip(&self.seed).enumerate() {
-            if self.chain.is_continuous(i) {
-                *v -= TAU * ((*v - seed) / TAU).round();
-            }
-        }
     }
 }
 

@@ -6,8 +6,15 @@
 //! whoever asks often keeps the link poses and calls [`Tree::update_links`].
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
-use nalgebra::{ComplexField, Matrix6xX, Quaternion, Translation3, UnitQuaternion};
+pub mod batch;
+mod hinge;
+mod lanes;
+pub(crate) mod trig;
 
+use nalgebra::Matrix6xX;
+
+use self::hinge::{Hinge, Rigid, product};
+use super::ik::closed_form::ClosedForm;
 use super::{Pose, Vec3};
 
 /// A robot's or human's links and joints. Link 0 is the root, whose frame is the base frame B.
@@ -70,34 +77,6 @@ pub struct Dof {
     pub max_acceleration: f64,
 }
 
-/// Pose of the joint's child link in the joint frame J at value `v`.
-#[inline]
-fn motion(kind: JointKind, axis: &Vec3, v: f64) -> Pose {
-    match kind {
-        JointKind::Fixed => Pose::identity(),
-        JointKind::Revolute => {
-            let (s, c) = ComplexField::sin_cos(0.5 * v);
-            // The axis is a unit vector, so this quaternion has unit length.
-            let q = Quaternion::new(c, s * axis.x, s * axis.y, s * axis.z);
-            Pose::from_parts(Translation3::identity(), UnitQuaternion::new_unchecked(q))
-        }
-        JointKind::Prismatic => Pose::from_parts((axis * v).into(), UnitQuaternion::identity()),
-    }
-}
-
-/// `X_AJ` times the joint's motion, without the products by one and zero.
-#[inline]
-fn moved(X_AJ: &Pose, kind: JointKind, axis: &Vec3, v: f64) -> Pose {
-    match kind {
-        JointKind::Fixed => *X_AJ,
-        JointKind::Revolute => Pose::from_parts(X_AJ.translation, X_AJ.rotation * motion(kind, axis, v).rotation),
-        JointKind::Prismatic => Pose::from_parts(
-            (X_AJ.translation.vector + X_AJ.rotation * (axis * v)).into(),
-            X_AJ.rotation,
-        ),
-    }
-}
-
 impl Joint {
     /// Returns the joint's value [rad] or [m] in the configuration `q` of its tree; 0 when fixed.
     pub fn value(&self, q: &[f64]) -> f64 {
@@ -109,7 +88,7 @@ impl Joint {
 
     /// Returns the pose of the child link in the parent link's frame when the joint has value `v`.
     pub fn pose_at(&self, v: f64) -> Pose {
-        moved(&self.X_PJ, self.kind, &self.axis, v)
+        Hinge::new(self).at(v).into()
     }
 }
 
@@ -128,13 +107,21 @@ impl Tree {
 
     /// Like [`Tree::link_poses`], into a vector that is used again.
     pub fn link_poses_into(&self, X_WB: &Pose, q: &[f64], X_WL: &mut Vec<Pose>) {
-        X_WL.clear();
-        X_WL.reserve(self.joints.len() + 1);
-        X_WL.push(*X_WB);
-        for joint in &self.joints {
-            // INVARIANT of `Tree`: the parent comes before the child.
-            let X_WP = X_WL.get(joint.parent).copied().unwrap_or(*X_WB);
-            X_WL.push(X_WP * joint.pose_at(joint.value(q)));
+        X_WL.resize(self.joints.len() + 1, *X_WB);
+        // Along a chain the parent is the link before: it stays in registers.
+        let mut last = Rigid::from(X_WB);
+        if let Some(X) = X_WL.first_mut() {
+            *X = *X_WB;
+        }
+        for (j, joint) in self.joints.iter().enumerate() {
+            if joint.parent != j {
+                // INVARIANT of `Tree`: the parent comes before the child.
+                last = Rigid::from(X_WL.get(joint.parent).unwrap_or(X_WB));
+            }
+            last = product(&last, &Hinge::new(joint).at(joint.value(q)));
+            if let Some(X) = X_WL.get_mut(j + 1) {
+                *X = last.into();
+            }
         }
     }
 
@@ -160,7 +147,7 @@ impl Tree {
                 continue;
             };
             if let Some(X) = X_WL.get_mut(link) {
-                *X = X_WP * joint.pose_at(joint.value(q));
+                *X = product(&Rigid::from(&X_WP), &Hinge::new(joint).at(joint.value(q))).into();
             }
         }
     }
@@ -172,16 +159,28 @@ impl Tree {
 #[derive(Debug, Clone)]
 pub struct Chain {
     joints: Vec<ChainJoint>,
+    hinges: Vec<Hinge>,
     /// Pose of the tool in the frame after the last movable joint.
     X_NT: Pose,
     dofs: Vec<Dof>,
     dof_indices: Vec<usize>,
+    /// For each dof, see [`Chain::turns_by`].
+    turns: Vec<Option<f64>>,
+    closed_form: Option<ClosedForm>,
 }
 
-/// A movable joint: its frame J in the frame N after the movable joint before it (K for the first).
+/// See [`Chain::turns_by`].
+fn turns(joints: &[ChainJoint], column: usize) -> Option<f64> {
+    let mut driven = joints.iter().filter(|j| j.column == column);
+    match (driven.next(), driven.next()) {
+        (Some(j), None) if j.kind == JointKind::Revolute && j.scale != 0.0 => Some(j.scale),
+        _ => None,
+    }
+}
+
+/// A movable joint; its hinge has its frame J in the frame N after the movable joint before it (K for the first).
 #[derive(Debug, Clone)]
 struct ChainJoint {
-    X_NJ: Pose,
     kind: JointKind,
     axis: Vec3,
     /// Position in the chain's own `q`.
@@ -213,9 +212,12 @@ impl Chain {
         }
         let mut chain = Chain {
             joints: Vec::new(),
+            hinges: Vec::new(),
             X_NT: Pose::identity(),
             dofs: Vec::new(),
             dof_indices: Vec::new(),
+            turns: Vec::new(),
+            closed_form: None,
         };
         for joint in way.into_iter().rev() {
             let X_NJ = chain.X_NT * joint.X_PJ;
@@ -232,8 +234,8 @@ impl Chain {
                 }
             };
             let Drive { scale, offset, .. } = drive;
+            chain.hinges.push(Hinge::of(&X_NJ, joint.kind, &joint.axis));
             chain.joints.push(ChainJoint {
-                X_NJ,
                 kind: joint.kind,
                 axis: joint.axis,
                 column,
@@ -243,6 +245,8 @@ impl Chain {
             chain.X_NT = Pose::identity();
         }
         chain.X_NT *= X_LT;
+        chain.turns = (0..chain.dofs.len()).map(|i| turns(&chain.joints, i)).collect();
+        chain.closed_form = ClosedForm::recognise(&chain);
         Some(chain)
     }
 
@@ -266,13 +270,23 @@ impl Chain {
         endless && self.joints.iter().filter(|j| j.column == i).all(one_to_one)
     }
 
+    /// Returns the angle by which dof `i` turns its joint per unit; `None` when it slides a joint or drives several.
+    pub fn turns_by(&self, i: usize) -> Option<f64> {
+        self.turns.get(i).copied().flatten()
+    }
+
+    /// Returns how its inverse kinematics is solved in closed form, where it is.
+    pub fn closed_form(&self) -> Option<&ClosedForm> {
+        self.closed_form.as_ref()
+    }
+
     /// Returns `X_KT`, the pose of the tool in the base link's frame; `q` in chain order.
     pub fn tool_pose(&self, q: &[f64]) -> Pose {
-        let mut X_KN = Pose::identity();
-        for joint in &self.joints {
-            X_KN = moved(&(X_KN * joint.X_NJ), joint.kind, &joint.axis, joint.value(q));
+        let mut X_KN = Rigid::from(&Pose::identity());
+        for (joint, hinge) in self.joints.iter().zip(&self.hinges) {
+            X_KN = product(&X_KN, &hinge.at(joint.value(q)));
         }
-        X_KN * self.X_NT
+        product(&X_KN, &Rigid::from(&self.X_NT)).into()
     }
 
     /// Returns `X_KT` and the geometric Jacobian `J_KT`: a column for each dof; rows are the linear velocity of T's origin,
@@ -301,13 +315,15 @@ impl Chain {
 
     /// `axes` has room for each joint's origin and axis in K.
     fn jacobian_with(&self, q: &[f64], axes: &mut [(Vec3, Vec3)], columns: &mut [Twist]) -> Pose {
-        let mut X_KN = Pose::identity();
-        for (joint, axis) in self.joints.iter().zip(axes.iter_mut()) {
-            let X_KJ = X_KN * joint.X_NJ;
-            *axis = (X_KJ.translation.vector, X_KJ.rotation * joint.axis);
-            X_KN = moved(&X_KJ, joint.kind, &joint.axis, joint.value(q));
+        let mut last = Rigid::from(&Pose::identity());
+        for ((joint, hinge), axis) in self.joints.iter().zip(&self.hinges).zip(axes.iter_mut()) {
+            last = product(&last, &hinge.at(joint.value(q)));
+            let X_KN = Pose::from(last);
+            // The joint's own motion leaves its axis where it is, so the frame after it will do. The origin of J lies on the axis of
+            // a revolute joint; a sliding joint's column does not look at it.
+            *axis = (X_KN.translation.vector, X_KN.rotation * joint.axis);
         }
-        let X_KT = X_KN * self.X_NT;
+        let X_KT = Pose::from(product(&last, &Rigid::from(&self.X_NT)));
         for (joint, (p_KJ, axis_K)) in self.joints.iter().zip(axes.iter()) {
             let (v, w) = match joint.kind {
                 JointKind::Revolute => (axis_K.cross(&(X_KT.translation.vector - p_KJ)), *axis_K),

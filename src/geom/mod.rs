@@ -2,7 +2,9 @@
 //!
 //! Poses in monogram notation (`docs/notation.md`): `X_AB` is the pose of frame B in frame A. Metres, radians, seconds.
 
+pub mod checker;
 pub mod collide;
+pub mod cover;
 pub mod hull;
 pub mod ik;
 pub mod kinematics;
@@ -10,6 +12,7 @@ pub mod mesh;
 pub mod motion;
 pub mod navigation;
 pub mod shape;
+pub mod sight;
 
 /// A rigid transform; `X_AB * p_BQ` is `p_AQ`.
 pub type Pose = nalgebra::Isometry3<f64>;

@@ -123,7 +123,7 @@ impl<'a> BodySpace<'a> {
                 let is_own = matches!(b.owner, Owner::Link { agent, .. } if agent == self.agent);
                 let wide = if is_own { &a.part.self_padded } else { &a.part.padded };
                 let is_near = overlap(wide, &X_WA, b.solid, &b.X_WS);
-                pairs.push((i, if is_near { &a.part.resting } else { wide }, j));
+                pairs.push((i, if is_near { a.part.resting.solid() } else { wide }, j));
             }
             for (j, b) in self.moving.iter().enumerate().skip(i + 1) {
                 let X_WB = self.X_WL[b.link] * b.X_LS;

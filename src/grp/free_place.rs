@@ -66,6 +66,32 @@ pub(super) fn find(scene: &Scene, prepared: &Prepared, state: &State, thing: Ent
     None
 }
 
+/// Returns balls (centre, radius [m]) outside of which nothing matters to [`find`].
+pub(super) fn looked_at(scene: &Scene, state: &State, thing: EntityRef, on: usize) -> Vec<(Vec3, f64)> {
+    let (parts, stable): (&[Part], &[Stable]) = match thing {
+        EntityRef::Object(o) => (&scene.objects[o].parts, &scene.objects[o].stable),
+        EntityRef::Virtual(v) => (&scene.virtuals[v].parts, &scene.virtuals[v].stable),
+        EntityRef::Agent(_) => return Vec::new(),
+    };
+    let X_WS = state.objects[on].X_WO;
+    let faces = scene.objects[on].supports.iter().filter(|s| is_level(&X_WS, s));
+    faces
+        .flat_map(|face| {
+            let centre = (X_WS * face.X_OF).translation.vector;
+            stable.iter().map(move |orientation| {
+                let in_Q = parts.iter().map(|p| (&p.shape, orientation.X_QO * p.X_OS));
+                (centre, reach(in_Q, face))
+            })
+        })
+        .collect()
+}
+
+/// Returns how far from the face's middle a thing that stands on it can have a point [m].
+fn reach<'s>(in_Q: impl Iterator<Item = (&'s Shape, Pose)>, face: &Support) -> f64 {
+    let far = in_Q.map(|(s, X)| X.translation.vector.norm() + s.bounding_radius());
+    far.fold(0.0, f64::max) + Vec3::new(face.half[0], face.half[1], 0.0).norm()
+}
+
 fn on_face(
     face: &Support,
     X_WF: &Pose,
@@ -76,10 +102,7 @@ fn on_face(
 ) -> Option<Pose> {
     let in_Q: Vec<(&Shape, Pose)> = parts.iter().map(|p| (&p.shape, stable.X_QO * p.X_OS)).collect();
     let wide = in_Q.iter().map(|(shape, X_QS)| wide(shape, X_QS)).fold(0.0, f64::max);
-    let reach = in_Q
-        .iter()
-        .map(|(s, X)| X.translation.vector.norm() + s.bounding_radius());
-    let reach = reach.fold(0.0, f64::max) + Vec3::new(face.half[0], face.half[1], 0.0).norm();
+    let reach = reach(in_Q.iter().copied(), face);
     let near: Vec<&Placed<'_>> = others
         .iter()
         .filter(|b| (b.X_WS.translation.vector - X_WF.translation.vector).norm() <= reach + b.solid.radius())

@@ -56,7 +56,7 @@ impl People {
             people.humans.push(Human {
                 place: [eye.x, eye.y],
                 gaze: RealField::atan2(ahead.y, ahead.x),
-                is_sitting: body.is_sitting,
+                is_sitting: body.manner.is_sitting,
             });
             people.agents.push(a);
             people.eyes.push(eye);

@@ -40,6 +40,7 @@ use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;
 use description::Description;
+use facts::{Memory, States};
 use key::Key;
 use navigate::{Gone, Journey};
 use prepared::Prepared;
@@ -94,12 +95,14 @@ pub struct Grp<'a> {
     seed: u64,
     stop: Arc<AtomicBool>,
     /// World states, the current one last.
-    states: Vec<State>,
+    states: States,
     gases: Vec<Gas>,
     /// Actions of an earlier plan.
     adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
-    answers: BTreeMap<(Key, Question), Option<Answer>>,
+    memory: Memory,
+    /// All facts that can hold in some world state.
+    possible: Arc<Vec<(&'static str, EntityRef, EntityRef, Fact)>>,
     counts: Counts,
 }
 
@@ -110,17 +113,19 @@ impl<'a> Grp<'a> {
     ///
     /// A sentence, when an arm of the scene is no serial chain.
     pub fn new(world: &'a World, settings: Settings, seed: u64, stop: Arc<AtomicBool>) -> Result<Self, String> {
+        let prepared = Prepared::new(&world.scene)?;
         Ok(Grp {
             scene: &world.scene,
-            prepared: Prepared::new(&world.scene)?,
+            memory: Memory::new(&world.scene, &prepared),
+            possible: Arc::new(Self::possible_facts(&world.scene)),
+            prepared,
             settings,
             seed,
             stop,
-            states: vec![world.start.clone()],
+            states: States::new(world.start.clone()),
             gases: Vec::new(),
             adopted: Vec::new(),
             by_key: BTreeMap::new(),
-            answers: BTreeMap::new(),
             counts: Counts::default(),
         })
     }
@@ -135,66 +140,48 @@ impl<'a> Grp<'a> {
         self.ask(Question::Fact(fact)) == Some(Answer::Truth(true))
     }
 
-    /// Answers a question about the current world state, remembered by question and state.
+    /// Answers a question about the current world state. Answers are remembered with what they rest on.
     fn ask(&mut self, question: Question) -> Option<Answer> {
-        let state = self.states.last()?;
-        // What costs less than the state's fingerprint is not worth remembering.
-        let is_cheap = matches!(
-            question,
-            Question::Fact(Fact::IsOn { .. } | Fact::IsIn { .. } | Fact::IsBigger { .. } | Fact::HasInHand { .. })
-        );
-        if is_cheap {
-            return requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        }
-        let key = Key::new(self.seed).state(state);
-        if let Some(known) = self.answers.get(&(key, question)) {
-            return *known;
-        }
-        match question {
-            Question::Fact(_) => self.counts.facts += 1,
-            _ => self.counts.requests += 1,
-        }
-        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question);
-        self.answers.insert((key, question), answer);
-        answer
+        let computed = match question {
+            Question::Fact(_) => &mut self.counts.facts,
+            _ => &mut self.counts.requests,
+        };
+        let (scene, prepared, states) = (self.scene, &self.prepared, &mut self.states);
+        self.memory.ask(scene, prepared, states, self.seed, question, computed)
+    }
+
+    /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
+    /// not asked again where nothing that matters has moved.
+    pub fn observe(&mut self, state: State) {
+        self.states.push(state);
     }
 
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
     pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
-        let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
-        let entities: Vec<EntityRef> = agents
-            .chain((0..self.scene.objects.len()).map(EntityRef::Object))
-            .collect();
+        let possible = Arc::clone(&self.possible);
+        let asked = possible.iter();
+        asked
+            .map(|(name, a, b, fact)| (*name, *a, *b, self.holds(*fact)))
+            .collect()
+    }
+
+    /// Returns the facts of a scene that can hold in some world state.
+    fn possible_facts(scene: &Scene) -> Vec<(&'static str, EntityRef, EntityRef, Fact)> {
+        let agents = (0..scene.agents.len()).map(EntityRef::Agent);
+        let entities: Vec<EntityRef> = agents.chain((0..scene.objects.len()).map(EntityRef::Object)).collect();
         let mut all = Vec::new();
         for name in FACTS {
             for first in &entities {
-                for second in &entities {
-                    if first == second {
-                        continue;
-                    }
+                for second in entities.iter().filter(|second| *second != first) {
                     if let Some(fact) = Fact::of(name, *first, *second)
-                        && self.is_about_things(fact)
+                        && is_about_things(scene, fact)
                     {
-                        all.push((name, *first, *second, self.holds(fact)));
+                        all.push((name, *first, *second, fact));
                     }
                 }
             }
         }
         all
-    }
-
-    /// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
-    fn is_about_things(&self, fact: Fact) -> bool {
-        let movable = |o: usize| self.scene.objects[o].movable;
-        let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
-        match fact {
-            Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
-            Fact::IsIn { a, b } => movable(a) && !self.scene.objects[b].containers.is_empty(),
-            Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
-            Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
-            Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
-            Fact::IsVisible { .. } => true,
-        }
     }
 
     fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
@@ -388,6 +375,20 @@ impl<'a> Grp<'a> {
     }
 }
 
+/// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
+fn is_about_things(scene: &Scene, fact: Fact) -> bool {
+    let movable = |o: usize| scene.objects[o].movable;
+    let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
+    match fact {
+        Fact::IsOn { a, b } => movable(a) && !scene.objects[b].supports.is_empty(),
+        Fact::IsIn { a, b } => movable(a) && !scene.objects[b].containers.is_empty(),
+        Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
+        Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
+        Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
+        Fact::IsVisible { .. } => true,
+    }
+}
+
 /// Returns the geometric action that a call names.
 fn geometric<'d>(domain: &'d Domain, call: &Call<'_>) -> Result<&'d Arc<Geometric>, String> {
     domain
@@ -449,7 +450,7 @@ impl Reasoner for Grp<'_> {
                 continue;
             }
             if let Some(fact) = Fact::of(name, first, second)
-                && self.is_about_things(fact)
+                && is_about_things(self.scene, fact)
                 && self.holds(fact)
             {
                 if !description.is_set {

@@ -252,7 +252,7 @@ impl Journey {
         if (self.start.agents[self.agent].X_WB.rotation * Vec3::z()).z < UPRIGHT {
             return Some(format!("{} does not stand upright", body.id));
         }
-        if body.is_sitting {
+        if body.manner.is_sitting {
             return Some(format!("{} sits", body.id));
         }
         match self.target {

@@ -19,7 +19,7 @@ pub const REQUESTS: [&str; 6] = [
 ];
 
 /// A fact about a pair of entities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Fact {
     /// Object on object.
     IsOn {
@@ -55,7 +55,7 @@ pub enum Fact {
 }
 
 /// A question about a world state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Question {
     Fact(Fact),
     VirtualPlace {
@@ -189,7 +189,9 @@ pub(super) fn answer(
         Question::PathExists { agent, entity } => {
             Bases::new(scene, prepared, state, agent, seed).path_exists(entity)?
         }
-        Question::Distance { a, b } => return relations::apart(scene, prepared, state, a, b).map(Answer::Length),
+        Question::Distance { a, b } => {
+            return relations::apart(scene, prepared, state, a.min(b), a.max(b)).map(Answer::Length);
+        }
     };
     Some(Answer::Truth(truth))
 }
@@ -199,7 +201,8 @@ pub(super) fn holds(scene: &Scene, prepared: &Prepared, state: &State, seed: u64
     match fact {
         Fact::IsOn { a, b } => facts::is_on(scene, state, a, b),
         Fact::IsIn { a, b } => relations::is_in(scene, state, a, b),
-        Fact::IsNextTo { a, b } => relations::apart(scene, prepared, state, a, b)
+        // The one before the other as the world file has them: the answer does not depend on who is asked about first.
+        Fact::IsNextTo { a, b } => relations::apart(scene, prepared, state, a.min(b), a.max(b))
             .is_some_and(|d| d <= relations::NEXT_TO + relations::ROUNDING),
         Fact::IsBigger { a, b } => relations::is_bigger(scene, a, b),
         Fact::HasInHand { agent, object } => facts::has_in_hand(state, agent, object),

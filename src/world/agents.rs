@@ -1,11 +1,11 @@
-//! `[robots.ID]` and `[humans.ID]`: a model, a base pose, a start configuration.
+//! `[robots.ID]` and `[humans.ID]`: a model, a base pose, a start configuration; what a human is like is `manner`'s.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use indexmap::IndexMap;
 
 use super::model::{self, Model};
 use super::table::{Name, Table};
-use super::{Agent, AgentKind, AgentState, pose, problems};
+use super::{Agent, AgentKind, AgentState, BaseKind, InitialValue, Manner, manner, pose, problems};
 use crate::diag::{Problem, Problems};
 use crate::geom::{Pose, pose_xyz_rpy};
 use crate::source::{Files, Sources, Span};
@@ -16,7 +16,14 @@ pub struct Agents {
     pub agents: Vec<Agent>,
     pub states: Vec<AgentState>,
     pub spans: Vec<Span>,
+    /// Ids of all of the file, also of those that a problem tells of.
+    pub written: Vec<String>,
+    /// What their tables say in symbols.
+    pub values: Vec<InitialValue>,
 }
+
+/// The keys of robots and humans alike.
+const KEYS: [&str; 5] = ["model", "type", "base", "posture", "joints"];
 
 /// Reads both tables; every model file is read once.
 pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Files, problems: &mut Problems) -> Agents {
@@ -27,13 +34,12 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
         ("humans", AgentKind::Human, "human"),
     ] {
         for (name, table) in root.named_tables(key, word, problems) {
-            let keys = ["model", "type", "base", "posture", "joints", "sitting"];
-            let n = if kind == AgentKind::Human {
-                keys.len()
-            } else {
-                keys.len() - 1
+            let known = match kind {
+                AgentKind::Robot => KEYS.to_vec(),
+                AgentKind::Human => [&KEYS[..], &manner::KEYS[..]].concat(),
             };
-            table.only(&keys[..n], problems);
+            table.only(&known, problems);
+            all.written.push(name.text.to_string());
             let example = format!("model = \"models/{}.toml\"", if word == "robot" { "pr2" } else { word });
             let model_name = table.needed_text("model", &example, problems);
             let ty = table.text("type", problems).map(|t| t.text.to_string());
@@ -44,8 +50,12 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
             if model.arms.is_empty() {
                 problems.push(no_arm(word, name, model_name));
             }
-            let q = configuration(&table, &model, problems);
-            let is_sitting = kind == AgentKind::Human && is_sitting(&table, problems);
+            let (manner, values) = match kind {
+                AgentKind::Robot => (Manner::default(), Vec::new()),
+                AgentKind::Human => manner::read(name.text, &table, &model.arms, problems),
+            };
+            all.values.extend(values);
+            let q = configuration(&table, &model, manner.is_sitting, problems);
             all.agents.push(Agent {
                 id: name.text.to_string(),
                 kind,
@@ -56,25 +66,15 @@ pub fn read(root: &Table<'_>, path: &str, sources: &mut Sources, files: &dyn Fil
                 arms: model.arms,
                 camera: model.camera,
                 postures: model.postures,
-                base: model.base,
+                base: if manner.is_sitting { BaseKind::Fixed } else { model.base },
                 base_limits: model.base_limits,
-                is_sitting,
+                manner,
             });
             all.states.push(AgentState { X_WB, q });
             all.spans.push(name.span);
         }
     }
     all
-}
-
-/// Returns what `sitting` says; else whether the posture does.
-fn is_sitting(table: &Table<'_>, problems: &mut Problems) -> bool {
-    let posture = table.get("posture");
-    let by_posture = posture.is_some_and(|p| {
-        p.text("posture", &mut Problems::default())
-            .is_some_and(|n| n.text == "sitting")
-    });
-    table.truth("sitting", problems).unwrap_or(by_posture)
 }
 
 fn no_arm(word: &str, name: Name<'_>, model: Name<'_>) -> Problem {
@@ -132,7 +132,8 @@ fn base(table: &Table<'_>, problems: &mut Problems) -> Pose {
         };
         if value.abs() > pose::FARTHEST {
             let message = format!("{} is placed {} m away", table.place, value.abs());
-            problems.push(problems::bad_size(message, span, "lengths are in metres"));
+            let help = format!("lengths are in metres: {} mm are {}", value.abs(), value.abs() / 1000.0);
+            problems.push(problems::bad_size(message, span, help));
         }
         if base.has("xyz") {
             problems.push(problems::bad_value(
@@ -147,9 +148,20 @@ fn base(table: &Table<'_>, problems: &mut Problems) -> Pose {
     pose_xyz_rpy([planar[0], planar[1], 0.0], [0.0; 3]) * pose::read(&base, problems)
 }
 
-/// Returns the start configuration: the posture named, else `rest`, else the value nearest to zero; then single joints.
-fn configuration(table: &Table<'_>, model: &Model, problems: &mut Problems) -> Vec<f64> {
-    let rest = model.postures.get("rest");
+/// Returns the start configuration: the posture named, else `sitting` of who sits, else `rest`, else the value nearest to zero;
+/// then single joints.
+fn configuration(table: &Table<'_>, model: &Model, is_sitting: bool, problems: &mut Problems) -> Vec<f64> {
+    let usual = if is_sitting { "sitting" } else { "rest" };
+    if is_sitting
+        && !table.has("posture")
+        && !model.postures.contains_key(usual)
+        && let Some(value) = table.get("sitting")
+    {
+        let message = format!("{} sits, and its model has no posture `sitting`", table.place);
+        let help = "add a table `[postures.sitting]` to the model file, or name a `posture` in which it sits";
+        problems.push(Problem::error("world::unknown-posture", message, value.span, "").help(help));
+    }
+    let rest = model.postures.get(usual);
     let mut q = rest.cloned().unwrap_or_else(|| model::neutral(&model.tree));
     if let Some(name) = table.text("posture", problems) {
         match model.postures.get(name.text) {

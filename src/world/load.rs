@@ -56,9 +56,11 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
         .text("task", &mut problems)
         .map(|t| (t.text.to_string(), inside_quotes(&text, t.span)));
     let shared = values::facts(&root, &mut problems);
-    let values = values::state(&root, &mut problems);
+    let mut agents = agents::read(&root, path, sources, files, &mut problems);
+    // What `[state]` says counts more.
+    let mut values = std::mem::take(&mut agents.values);
+    values.extend(values::state(&root, &mut problems));
     let human_aware = navigation::human_aware(&root, &mut problems);
-    let agents = agents::read(&root, path, sources, files, &mut problems);
     let mut meshes = Meshes::new(files, model::packages(&root, path, &mut problems), true);
     let mut solids = objects::Solids {
         meshes: &mut meshes,
@@ -66,7 +68,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     };
     let written = objects::read(&root, &mut solids, &mut problems);
     let virtuals = objects::read_virtual(&root, &mut solids, &mut problems);
-    let poses = objects::placement::place(&written, &mut problems);
+    let objects = objects::placement::place(&written, &mut agents, &mut problems);
     unique_ids(&agents, &written, &virtuals, &mut problems);
     if problems.has_errors() {
         return (None, problems.sorted());
@@ -74,11 +76,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     let mut spans: Vec<Span> = agents.spans.clone();
     spans.extend(written.iter().map(|w| w.name.span));
     spans.extend(virtuals.iter().map(|(_, span)| *span));
-    let objects: Vec<ObjectState> = poses
-        .into_iter()
-        .flatten()
-        .map(|pose| ObjectState { X_WO: pose, held: None })
-        .collect();
+    let objects: Vec<ObjectState> = objects.into_iter().flatten().collect();
     let scene = Scene {
         agents: agents.agents,
         objects: written.into_iter().map(|w| w.object).collect(),

@@ -3,12 +3,13 @@
 //! `docs/worlds.md` tells the format. What a file does not give (grasps, stable orientations, supports, the link pairs that may
 //! touch) is computed from the shapes. All problems of all files come at once, each at its place.
 //!
-//! Not here: containers of another shape than a box, sitting humans.
+//! Not here: containers of another shape than a box, flights.
 
 mod agents;
 mod contact;
 mod grasps;
 mod load;
+mod manner;
 mod may_touch;
 mod mesh;
 mod model;

@@ -1,5 +1,7 @@
-//! Model files: what a URDF lacks about a robot or a human: arms, grippers, camera, postures, accelerations.
+//! Model files: what a URDF lacks about a robot or a human: arms, grippers ([`arms`]), camera, postures, speeds, accelerations.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
+
+mod arms;
 
 use indexmap::IndexMap;
 use std::collections::BTreeSet;
@@ -7,10 +9,9 @@ use std::collections::BTreeSet;
 use super::mesh::Meshes;
 use super::srdf::{self, Srdf};
 use super::table::{self, Name, Table};
-use super::{Arm, BaseKind, Body, Camera, Gripper, may_touch, navigation, pose, problems, urdf};
+use super::{Arm, BaseKind, Body, Camera, may_touch, navigation, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
-use crate::geom::Pose;
-use crate::geom::kinematics::{JointKind, Tree};
+use crate::geom::kinematics::Tree;
 use crate::geom::navigation::timing::Limits;
 use crate::source::{FileId, Files, Sources, Span};
 
@@ -27,13 +28,15 @@ pub struct Model {
     pub base_limits: Limits,
 }
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 14] = [
     "urdf",
     "srdf",
     "packages",
     "meshes",
+    "without_shape",
     "base",
     "navigation",
+    "speeds",
     "acceleration",
     "accelerations",
     "arms",
@@ -60,6 +63,15 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
         }
     };
     let file = sources.add(path, text.clone());
+    if text.trim_start().starts_with('<') {
+        let message = format!("`{path}` is no model file: it is XML");
+        let help = format!(
+            "write a model file in TOML beside it, with `urdf = \"{}\"`: see docs/worlds.md",
+            path.rsplit('/').next().unwrap_or(path)
+        );
+        problems.push(Problem::error("world::not-toml", message, Span::new(file, 0, 0), "").help(help));
+        return (None, problems);
+    }
     let Some(toml) = table::parse(&text, file, &mut problems) else {
         return (None, problems);
     };
@@ -233,9 +245,15 @@ pub fn beside(file: &str, path: &str) -> String {
 }
 
 fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problems: &mut Problems) -> Model {
-    let urdf::Robot { mut tree, bodies } = robot;
+    let urdf::Robot { mut tree, mut bodies } = robot;
+    for name in root.array("without_shape", problems).unwrap_or_default() {
+        let name = name.text("an entry of `without_shape`", problems);
+        let link = name.and_then(|name| find_link(&tree, name, "`without_shape`", problems));
+        bodies.retain(|body| Some(body.link) != link);
+    }
+    speeds(root, &mut tree, problems);
     accelerations(root, &mut tree, problems);
-    let arms = arms(root, &tree, srdf, problems);
+    let arms = arms::read(root, &tree, srdf, problems);
     let base = base_kind(root, problems);
     let base_limits = navigation::limits(root, problems);
     let camera = root
@@ -293,10 +311,11 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
 
 /// Returns what `base` says; a robot that nobody said can move does not.
 fn base_kind(root: &Table<'_>, problems: &mut Problems) -> BaseKind {
-    const KINDS: [(&str, BaseKind); 3] = [
+    const KINDS: [(&str, BaseKind); 4] = [
         ("fixed", BaseKind::Fixed),
         ("planar", BaseKind::Planar),
         ("differential", BaseKind::Differential),
+        ("flying", BaseKind::Flying),
     ];
     let Some(written) = root.text("base", problems) else {
         return BaseKind::default();
@@ -403,6 +422,31 @@ fn find_dof(tree: &Tree, name: Name<'_>, place: &str, problems: &mut Problems) -
     None
 }
 
+/// `[speeds]`: joints that are to move slower than their URDF lets them, or have no limit there.
+fn speeds(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
+    let Some(table) = root.table("speeds", "`[speeds]`", problems) else {
+        return;
+    };
+    for (name, value) in table.entries() {
+        let what = format!("the speed of `{}`", name.text);
+        let dof = find_dof(tree, name, &table.place, problems);
+        let Some(number) = value.number(&what, problems) else {
+            continue;
+        };
+        if number <= 0.0 {
+            let message = format!("{what} is {number}, which is no speed limit");
+            problems.push(problems::bad_value(
+                message,
+                value.span,
+                "",
+                "write a number above zero",
+            ));
+        } else if let Some(dof) = dof.and_then(|d| tree.dofs.get_mut(d)) {
+            dof.max_velocity = number;
+        }
+    }
+}
+
 fn accelerations(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
     let positive = |what: &str, value: f64, span: Span, problems: &mut Problems| {
         if value <= 0.0 {
@@ -435,215 +479,6 @@ fn accelerations(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
     }
 }
 
-fn arms(root: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> Vec<Arm> {
-    let tables = root.named_tables("arms", "arm", problems);
-    let mut arms = Vec::new();
-    let n = tables.len();
-    for (name, table) in &tables {
-        arms.extend(arm(name.text, table, tree, srdf, problems));
-    }
-    if n > 2
-        && let Some((name, _)) = tables.get(2)
-    {
-        problems.push(problems::bad_value(
-            format!("{n} arms, where at most two are supported"),
-            name.span,
-            "the third arm",
-            "keep two arms",
-        ));
-    }
-    arms
-}
-
-/// Returns the two links between which the arm is: those that the table names, or the ends of its group.
-fn ends(table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> (Option<usize>, Option<usize>) {
-    let group = table.text("group", problems);
-    let ends = group.and_then(|group| {
-        let found = srdf.chains.get(group.text).copied();
-        if found.is_none() {
-            let known = srdf.chains.keys().map(String::as_str);
-            let problem = if srdf.groups.iter().any(|g| g == group.text) {
-                let message = format!("group `{}` of {} is no chain of joints", group.text, table.place);
-                Problem::error("world::unknown-group", message, group.span, "")
-                    .help("give `base_link` and `tip_link` instead")
-            } else {
-                problems::unknown_name(
-                    "world::unknown-group",
-                    "group",
-                    group.text,
-                    &table.place,
-                    known,
-                    group.span,
-                )
-            };
-            problems.push(problem);
-        }
-        found
-    });
-    let mut link = |key: &str, example: &str, of_group: Option<usize>| {
-        let name = if group.is_some() {
-            table.text(key, problems)
-        } else {
-            table.needed_text(key, example, problems)
-        };
-        match name {
-            Some(name) => find_link(tree, name, &table.place, problems),
-            None => of_group,
-        }
-    };
-    let base = link("base_link", "base_link = \"torso\"", ends.map(|e| e.0));
-    let tip = link("tip_link", "tip_link = \"hand\"", ends.map(|e| e.1));
-    (base, tip)
-}
-
-fn arm(name: &str, table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> Option<Arm> {
-    table.only(
-        &["group", "base_link", "tip_link", "tool", "gripper", "hand_links"],
-        problems,
-    );
-    let (base_link, tip_link) = ends(table, tree, srdf, problems);
-    let tool = table.table("tool", &format!("`tool` of {}", table.place), problems);
-    let X_LT = tool.map_or_else(Pose::identity, |t| {
-        t.only(&pose::KEYS, problems);
-        pose::read(&t, problems)
-    });
-    let gripper = table
-        .table("gripper", &format!("`gripper` of {}", table.place), problems)
-        .and_then(|t| gripper(&t, tree, problems));
-    let listed = table.array("hand_links", problems);
-    let (base_link, tip_link) = (base_link?, tip_link?);
-    let hand_links = match listed {
-        Some(names) => names
-            .iter()
-            .filter_map(|v| {
-                let name = v.text("an entry of `hand_links`", problems)?;
-                find_link(tree, name, &table.place, problems)
-            })
-            .collect(),
-        None => descendants(tree, tip_link),
-    };
-    let Some(dofs) = chain(tree, base_link, tip_link) else {
-        problems.push(
-            Problem::error(
-                "world::no-chain",
-                format!(
-                    "{} can't reach from `{}` to `{}`",
-                    table.place, tree.links[base_link], tree.links[tip_link]
-                ),
-                table
-                    .get("tip_link")
-                    .or(table.get("group"))
-                    .map_or(table.span, |t| t.span),
-                "does not hang on the base link",
-            )
-            .help("`tip_link` must be a descendant of `base_link`, with a movable joint between them"),
-        );
-        return None;
-    };
-    Some(Arm {
-        name: name.to_string(),
-        base_link,
-        tip_link,
-        X_LT,
-        dofs,
-        gripper,
-        hand_links,
-    })
-}
-
-/// Returns the degrees of freedom from the base link to the tip link; `None` without a way or without any.
-fn chain(tree: &Tree, base: usize, tip: usize) -> Option<Vec<usize>> {
-    let mut dofs = Vec::new();
-    let mut link = tip;
-    while link != base {
-        let joint = tree.joints.get(link.checked_sub(1)?)?;
-        if joint.kind != JointKind::Fixed {
-            dofs.extend(joint.drive.map(|d| d.dof));
-        }
-        link = joint.parent;
-    }
-    dofs.reverse();
-    (!dofs.is_empty()).then_some(dofs)
-}
-
-/// Returns the link and all that hangs on it.
-fn descendants(tree: &Tree, link: usize) -> Vec<usize> {
-    let mut found = vec![link];
-    for (j, joint) in tree.joints.iter().enumerate() {
-        if found.contains(&joint.parent) {
-            found.push(j + 1);
-        }
-    }
-    found
-}
-
-fn gripper(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Gripper> {
-    table.only(&["joints", "gap_open", "gap_closed"], problems);
-    if !table.has("joints") {
-        problems.push(problems::missing_key(
-            "joints",
-            &table.place,
-            "joints = { finger_joint = { open = 0.04, closed = 0.0 } }",
-            table.span,
-        ));
-    }
-    let joints = table.table("joints", &format!("`joints` of {}", table.place), problems);
-    let gap_open = table.needed_number("gap_open", "gap_open = 0.08", problems);
-    let gap_closed = table.number("gap_closed", problems).map_or(0.0, |(g, _)| g);
-    let joints = joints?;
-    let (mut dofs, mut open, mut closed) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, value) in joints.entries() {
-        let place = format!("`{}` of {}", name.text, joints.place);
-        let dof = find_dof(tree, name, &joints.place, problems);
-        let Some(ends) = value.table(name.span, &place, problems) else {
-            continue;
-        };
-        ends.only(&["open", "closed"], problems);
-        let o = ends.needed_number("open", "open = 0.04", problems);
-        let c = ends.needed_number("closed", "closed = 0.0", problems);
-        if let (Some(dof), Some((o, o_span)), Some((c, c_span))) = (dof, o, c) {
-            for (value, span) in [(o, o_span), (c, c_span)] {
-                let limits = &tree.dofs[dof];
-                if value < limits.lower || value > limits.upper {
-                    problems.push(
-                        Problem::error(
-                            "world::joint-limit",
-                            format!(
-                                "{place} is {value}, outside its limits {} to {}",
-                                limits.lower, limits.upper
-                            ),
-                            span,
-                            "beyond a joint limit",
-                        )
-                        .help(degrees_help(value, limits.lower, limits.upper)),
-                    );
-                }
-            }
-            dofs.push(dof);
-            open.push(o);
-            closed.push(c);
-        }
-    }
-    let (gap_open, span) = gap_open?;
-    if gap_open <= gap_closed || gap_closed < 0.0 {
-        problems.push(problems::bad_value(
-            format!("{} opens to {gap_open} m and closes to {gap_closed} m", table.place),
-            span,
-            "",
-            "`gap_open` is the larger one; neither is negative",
-        ));
-        return None;
-    }
-    // `joints = {}`: the fingers move in the world, though not in the URDF.
-    (!dofs.is_empty() || joints.entries().next().is_none()).then_some(Gripper {
-        dofs,
-        open,
-        closed,
-        gap_open,
-        gap_closed,
-    })
-}
-
 fn camera(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Camera> {
     table.only(
         &["link", "xyz", "rpy", "yaw", "horizontal", "vertical", "range"],
@@ -652,16 +487,17 @@ fn camera(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Cam
     let link = table
         .needed_text("link", "link = \"head\"", problems)
         .and_then(|n| find_link(tree, n, &table.place, problems));
-    let X_LC = pose::read(table, problems);
+    let X_LC = pose::read_in_frame(table, problems);
     let mut positive = |key: &str, example: &str, most: f64| {
         let (value, span) = table.needed_number(key, example, problems)?;
         if value <= 0.0 || value >= most {
-            problems.push(problems::bad_value(
-                format!("`{key}` of {} is {value}", table.place),
-                span,
-                "",
-                format!("write a number between 0 and {most:.4}"),
-            ));
+            let help = if key != "range" && value > most && value < most.to_degrees() {
+                format!("angles are in radians: {value} degrees are {:.4}", value.to_radians())
+            } else {
+                format!("write a number between 0 and {most:.4}")
+            };
+            let message = format!("`{key}` of {} is {value}", table.place);
+            problems.push(problems::bad_value(message, span, "", help));
             return None;
         }
         Some(value)

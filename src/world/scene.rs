@@ -48,6 +48,8 @@ pub struct InitialValue {
     pub values: Vec<Literal>,
     /// Whether the file wrote an array.
     pub is_list: bool,
+    /// Whether another key than `[state]` says it, `mobility` of a human: left out where the domain declares no such attribute.
+    pub is_implied: bool,
     pub span: crate::source::Span,
 }
 
@@ -123,12 +125,46 @@ pub struct Agent {
     pub camera: Option<Camera>,
     /// Named configurations, full `q` of the tree.
     pub postures: IndexMap<String, Vec<f64>>,
-    /// Whether it can go elsewhere.
+    /// Whether it can go elsewhere; who sits can't.
     pub base: BaseKind,
     /// How fast its base can go, and how soon.
     pub base_limits: Limits,
-    /// Whether a human sits: then he can't step aside.
+    /// What a human is like; robots have the default.
+    pub manner: Manner,
+}
+
+impl Agent {
+    /// Returns the gripper whose grasps decide what the arm can reach; `None` where a hand comes to the surface alone, as humans reach.
+    pub fn gripper_to_reach_with(&self, arm: usize) -> Option<&Gripper> {
+        match self.kind {
+            AgentKind::Robot => self.arms.get(arm)?.gripper.as_ref(),
+            AgentKind::Human => None,
+        }
+    }
+}
+
+/// What the world file says of a human besides shape and place (thesis 2.3.4.1, 2.4.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manner {
+    /// How much of the effort of a handover the human shares, from 0 (none) to 1 (as much as the robot).
+    pub mobility: f64,
+    /// How free the human is to take part, from 0 (not at all) to 1.
+    pub availability: f64,
+    /// Position in `Agent::arms` of the arm that the human prefers, if the file says.
+    pub handedness: Option<usize>,
+    /// Whether the human sits: the base stays where it is.
     pub is_sitting: bool,
+}
+
+impl Default for Manner {
+    fn default() -> Self {
+        Manner {
+            mobility: 0.5,
+            availability: 1.0,
+            handedness: None,
+            is_sitting: false,
+        }
+    }
 }
 
 /// How an agent's base moves.
@@ -141,13 +177,15 @@ pub enum BaseKind {
     Planar,
     /// On the floor along its heading, forward or backward, turning on the spot.
     Differential,
+    /// In the air: x, y, z and yaw. Nothing plans a change of height: a base goes at the height at which it is.
+    Flying,
 }
 
 impl BaseKind {
     /// Returns how it moves; `None` where it does not.
     pub fn drive(self) -> Option<Drive> {
         match self {
-            BaseKind::Fixed => None,
+            BaseKind::Fixed | BaseKind::Flying => None,
             BaseKind::Planar => Some(Drive::Holonomic),
             BaseKind::Differential => Some(Drive::Differential),
         }

@@ -79,6 +79,7 @@ pub fn state(root: &Table<'_>, problems: &mut Problems) -> Vec<InitialValue> {
             attribute: attribute.to_string(),
             values,
             is_list,
+            is_implied: false,
             span: Span::new(root.file, key.span.range().start, value.span.range().end),
         });
     }

@@ -12,7 +12,7 @@ use sgap::geom::hull::Hull;
 use sgap::geom::shape::Shape;
 use sgap::geom::{Pose, Vec3};
 
-fn shapes() -> impl Strategy<Value = Shape> {
+pub fn shapes() -> impl Strategy<Value = Shape> {
     let size = 0.02f64..0.5;
     prop_oneof![
         (size.clone(), size.clone(), size.clone()).prop_map(|(x, y, z)| Shape::Box {
@@ -32,7 +32,7 @@ fn hulls() -> impl Strategy<Value = Hull> {
 }
 
 /// Poses within `far` of the origin; some of them turned by right angles, where edges and faces are parallel.
-fn poses(far: f64) -> impl Strategy<Value = Pose> {
+pub fn poses(far: f64) -> impl Strategy<Value = Pose> {
     let turn = prop_oneof![
         3 => (-3.0f64..3.0, -1.5f64..1.5, -3.0f64..3.0),
         1 => (0i32..4, 0i32..4, 0i32..4).prop_map(|(a, b, c)| {

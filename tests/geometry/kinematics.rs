@@ -3,6 +3,7 @@
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use proptest::prelude::*;
 use serde_json::Value;
+use sgap::geom::kinematics::batch::{Batch, X8};
 use sgap::geom::kinematics::{Chain, Dof, Drive, Joint, JointKind, Tree};
 use sgap::geom::{Pose, Vec3};
 
@@ -186,6 +187,43 @@ proptest! {
         prop_assert_eq!(&updated, &after);
         for l in 0..before.len() {
             prop_assert!(links.contains(&l) || before[l] == after[l]);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn eight_at_a_time_are_eight_times_one(which in 0usize..2, u in prop::collection::vec(prop::collection::vec(-0.5f64..1.5, 24), 8), picks in prop::collection::vec(0usize..24, 1..12)) {
+        let Reference { tree, .. } = references().swap_remove(which);
+        let dofs: Vec<usize> = picks.iter().map(|p| p % tree.n_dofs()).collect();
+        let wanted: Vec<usize> = picks.iter().map(|p| p % tree.links.len()).collect();
+        // Angles far beyond what the fast sine takes are among them.
+        let mut qs = vec![at(&tree.dofs, &[0.3]); 8];
+        for (lane, q) in qs.iter_mut().enumerate() {
+            let drawn = at(&tree.dofs, &u[lane]);
+            for d in &dofs {
+                q[*d] = if lane == 7 { drawn[*d] * 1e7 } else { drawn[*d] };
+            }
+        }
+        let q_x8: Vec<X8> = (0..tree.n_dofs()).map(|d| std::array::from_fn(|lane| qs[lane][d])).collect();
+        let X_WB = Pose::translation(1.0, 2.0, 0.5);
+        let stand = tree.link_poses(&X_WB, &qs[0]);
+        let batch = Batch::new(&tree, &dofs, &wanted);
+        let moved = tree.links_moved_by(&dofs);
+        prop_assert_eq!(batch.links().to_vec(), wanted.into_iter().filter(|l| moved.contains(l)).collect::<Vec<_>>());
+        let (mut scratch, mut poses) = (Vec::new(), Vec::new());
+        batch.link_poses(&q_x8, &stand, &mut scratch, &mut poses);
+        prop_assert_eq!(poses.len(), batch.links().len());
+        for (lane, q) in qs.iter().enumerate() {
+            let single = tree.link_poses(&X_WB, q);
+            for (X, l) in poses.iter().zip(batch.links()) {
+                prop_assert_eq!(X.lane(lane), single[*l]);
+                let m = X.rotations();
+                let expected = single[*l].rotation.to_rotation_matrix();
+                for (row, column) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
+                    prop_assert!((m[row][column][lane] - expected[(row, column)]).abs() < 1e-12);
+                }
+            }
         }
     }
 }

@@ -236,6 +236,42 @@ pub fn domain(choices: &[u16], loops: bool) -> Domain {
     }
 }
 
+/// Several tasks in a row that know nothing of each other, with choices inside, and then actions that may fail: what a search
+/// may jump back over.
+pub fn row(choices: &[u16]) -> Domain {
+    let mut domain = domain(choices, false);
+    let mut reversed: Vec<u16> = choices.to_vec();
+    reversed.reverse();
+    let c = &mut Choices(reversed.iter());
+    let n = 3 + c.below(2);
+    let subtasks = (0..n).map(|label| Subtask {
+        agent: agent(c),
+        object: Object::Const(c.below(3)),
+        call: match label + 1 == n || c.is(5) {
+            true => Ok(c.below(N_ACTIONS)),
+            false => Err((1 + c.below(N_METHODS - 1), Level::Same, SetArg::Same)),
+        },
+        after: (label > 0).then(|| label - 1).into_iter().collect(),
+    });
+    domain.methods[0] = Method {
+        goal: None,
+        decompositions: vec![Decomposition {
+            before: Vec::new(),
+            binders: Vec::new(),
+            subtasks: subtasks.collect(),
+        }],
+    };
+    // The last action has to fail often.
+    if let Some(Ok(last)) = domain.methods[0].decompositions[0]
+        .subtasks
+        .last()
+        .map(|s| s.call.clone())
+    {
+        domain.actions[last].before.push(test(&of_task(false), c));
+    }
+    domain
+}
+
 fn path(o: &Object) -> String {
     match o {
         Object::Var(v) => v.clone(),

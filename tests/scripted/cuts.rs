@@ -101,6 +101,45 @@ fn a_circle_of_actions_ends() {
     }
 }
 
+/// Tasks in a row, each with a choice among twenty things, and a last one that no look ahead can judge: which of the tasks it
+/// depends on decides how much is tried.
+#[test]
+fn choices_without_a_part_in_a_failure_are_dropped() {
+    let tried = |test: &str, cuts| {
+        let things: String = (0..20).map(|i| format!("C{i} = new Object; ")).collect();
+        let text = format!(
+            "factdatabase {{ define entityType Object;
+               define entityAttributes Agent {{ dynamic atom Object a; dynamic atom Object b; dynamic atom Object c; }}
+               R = new Agent; {things} }}
+             HTN {{
+               action First(Agent A, Object O) {{ effects {{ A.a = O; }} }}
+               action Second(Agent A, Object O) {{ effects {{ A.b = O; }} }}
+               action Third(Agent A, Object O) {{ effects {{ A.c = O; }} }}
+               method DoFirst(Agent A) {{ {{ subtasks {{ O = SELECT(Object, {{}}); 1: First(A, O); }}; }} }}
+               method DoSecond(Agent A) {{ {{ subtasks {{ O = SELECT(Object, {{O != C0;}}); 1: Second(A, O); }}; }} }}
+               method DoThird(Agent A) {{ {{ subtasks {{ O = SELECT(Object, {{{test}}}); 1: Third(A, O); }}; }} }}
+               method Go(Agent A) {{ {{ subtasks {{ 1: DoFirst(A); 2: DoSecond(A) > 1; 3: DoThird(A) > 2; }}; }} }}
+             }}"
+        );
+        let run = run(&text, "Go(R)", Scripted::new("", &[]), &Settings { cuts, ..FIRST });
+        let Statistics { expansions, jumps, .. } = run.outcome.statistics;
+        (run.is_exhausted(), expansions, jumps)
+    };
+    // Go, DoFirst, 20 times First and DoSecond, and each time 19 times Second and DoThird.
+    for test in ["O == A.c;", "O == A.a; A.b == C0;", "A.b == C0;"] {
+        assert_eq!(tried(test, Cuts::Off), (true, 802, 0));
+    }
+    // Nobody has a part in it.
+    assert_eq!(tried("O == A.c;", Cuts::Always), (true, 6, 2));
+    // The second has, the first has not.
+    assert_eq!(tried("A.b == C0;", Cuts::Always), (true, 42, 1));
+    // The first has, the second has not.
+    assert_eq!(tried("A.a == NULL;", Cuts::Always), (true, 82, 20));
+    // Both have: the plan is the last but some.
+    let (is_exhausted, ..) = tried("A.a == C19; A.b == C7;", Cuts::Always);
+    assert!(!is_exhausted);
+}
+
 /// Ten jobs in any order, and then nothing will do: a set of jobs done is searched once, not in each of its orders.
 #[test]
 fn a_failure_is_not_searched_again() {

@@ -270,10 +270,11 @@ fn effects_and_cost_read_the_state_before_the_action() {
            cost { GetGRPCost() + size(CUP.users) }; duration { (size(CUP.users), 1 + GetGRPCost()) }; }
          method Go(Agent A) { { subtasks { 1: Grab(A); }; } }";
     let run = plan(tasks, reasoner, &FIRST);
-    let step = &run.outcome.found.as_ref().unwrap().steps[0];
-    assert_eq!(step.cost, 4.5);
+    let found = run.outcome.found.as_ref().unwrap();
+    let charge = found.charge(&found.steps[0]);
+    assert_eq!(charge.cost, 4.5);
     // It lasts at least as long as its motions.
-    assert_eq!(step.duration, (4.0, 4.0));
+    assert_eq!(charge.duration, (4.0, 4.0));
     let changes = &run.document().actions[0].changes;
     assert_eq!(changes.get("R.count").map(|v| v.as_str()), Some("27"));
 }
@@ -350,7 +351,7 @@ fn a_ramification_brings_the_search_back_into_earlier_alternatives() {
     let alternatives: Vec<u32> = found
         .steps
         .iter()
-        .filter_map(|s| s.gas.map(|g| g.alternative))
+        .filter_map(|s| found.charge(s).gas.map(|g| g.alternative))
         .collect();
     assert_eq!(alternatives, [0, 1]);
     assert_eq!(
@@ -392,8 +393,12 @@ fn the_best_plan_pays_what_geometry_says() {
         run.announced,
         [("Put(R,CUP,SHELF)".into(), 5.0), ("Put(R,CUP,SHELF)".into(), 3.0)]
     );
-    let step = &run.outcome.found.as_ref().unwrap().steps[0];
-    assert_eq!((step.gas.map(|g| g.alternative), step.duration), (Some(1), (2.0, 2.0)));
+    let found = run.outcome.found.as_ref().unwrap();
+    let charge = found.charge(&found.steps[0]);
+    assert_eq!(
+        (charge.gas.map(|g| g.alternative), charge.duration),
+        (Some(1), (2.0, 2.0))
+    );
     let cut = Truncated {
         alternatives: 1,
         ..Truncated::default()

@@ -107,7 +107,8 @@ fn what_comes_after_is_tried_differently_and_what_is_kept_is_not() {
     ];
     assert_eq!(run.reasoner.asked, expected);
     let found = run.outcome.found.unwrap();
-    assert_eq!(found.steps[0].geometric, (12.0, 1.0), "the third solution");
+    let charge = found.charge(&found.steps[0]);
+    assert_eq!(charge.geometric, (12.0, 1.0), "the third solution");
 }
 
 /// A kept action has no alternatives, those after it have.

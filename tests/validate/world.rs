@@ -139,7 +139,7 @@ fn gantry() -> Agent {
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
         base_limits: Default::default(),
-        is_sitting: false,
+        manner: Default::default(),
     }
 }
 
@@ -184,7 +184,7 @@ fn human() -> Agent {
         postures: IndexMap::new(),
         base: sgap::world::BaseKind::Fixed,
         base_limits: Default::default(),
-        is_sitting: false,
+        manner: Default::default(),
     }
 }
 

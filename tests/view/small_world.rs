@@ -183,9 +183,9 @@ fn arm() -> Agent {
         }],
         camera: None,
         postures: IndexMap::new(),
+        manner: Default::default(),
         base: sgap::world::BaseKind::Fixed,
         base_limits: Default::default(),
-        is_sitting: false,
     }
 }
 

@@ -65,6 +65,9 @@ def write(path, urdf, links, seed, count, names=None):
 def main():
     write("pr2_fk.json", "worlds/models/pr2.urdf", None, 1, 6)
     write("human_fk.json", "worlds/models/human.urdf", None, 2, 6)
+    write("arm7_fk.json", "worlds/models/arm7.urdf", None, 4, 6)
+    write("quadrotor_fk.json", "worlds/models/quadrotor.urdf", None, 5, 6)
+    write("humanoid_fk.json", "worlds/models/humanoid.urdf", None, 6, 6)
     if len(sys.argv) > 1:
         arm = ["shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "forearm_roll", "wrist_flex", "wrist_roll"]
         names = {f"{side}_{joint}_joint" for side in "lr" for joint in arm}

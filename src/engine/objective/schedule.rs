@@ -6,9 +6,9 @@
 use std::rc::Rc;
 
 use super::Touched;
-use crate::engine::outcome::{NONE, Step, Tree};
+use crate::engine::outcome::{Charge, NONE, Step, Tree};
 use crate::engine::reduction::Reduction;
-use crate::ir::{Decomposition, Domain, EntityId, RuleKind, TaskId};
+use crate::ir::{Domain, EntityId, RuleKind};
 
 /// A schedule under way.
 #[derive(Debug)]
@@ -105,7 +105,14 @@ impl Schedule {
     }
 
     /// Adds a step.
-    pub fn push(&mut self, domain: &Domain, tree: &Tree, step: &Step, agents: &[EntityId], touched: Touched<'_>) {
+    pub fn push(
+        &mut self,
+        domain: &Domain,
+        tree: &Tree,
+        (step, charge): (&Step, &Charge),
+        agents: &[EntityId],
+        touched: Touched<'_>,
+    ) {
         if !self.is_asked {
             return;
         }
@@ -124,7 +131,7 @@ impl Schedule {
         };
         self.tree.grow(domain, tree, step.node);
         let mut needs = self.touch(this, touched);
-        if step.gas.is_some() {
+        if charge.gas.is_some() {
             let before = std::mem::replace(&mut self.last_motion, this);
             if before != NONE {
                 needs.push(before);
@@ -135,7 +142,7 @@ impl Schedule {
         let free = agents.iter().map(|a| self.agents[a.index()].free_at);
         let ends = needs.iter().map(|before| self.steps[*before as usize].end);
         let start = free.chain(ends).fold(0.0, f64::max);
-        mark.end = start + step.duration.0;
+        mark.end = start + charge.duration.0;
         mark.makespan = mark.makespan.max(mark.end);
         for agent in agents {
             let state = &mut self.agents[agent.index()];
@@ -334,7 +341,7 @@ impl Branches {
     /// Returns the siblings with actions that a node comes after; those without lead on to what they come after.
     fn siblings_before(&self, domain: &Domain, tree: &Tree, node: u32) -> Vec<u32> {
         let parent = self.parent[node as usize];
-        let Some(decomposition) = decomposition(domain, tree, parent) else {
+        let Some(decomposition) = tree.decomposition_in(domain, parent) else {
             return Vec::new();
         };
         let (mut found, mut seen) = (Vec::new(), Vec::new());
@@ -363,7 +370,7 @@ impl Branches {
                 steps.push(self.step[at as usize]);
                 continue;
             }
-            let Some(decomposition) = decomposition(domain, tree, at) else {
+            let Some(decomposition) = tree.decomposition_in(domain, at) else {
                 continue;
             };
             // Siblings that come after others are taken up after them.
@@ -384,15 +391,5 @@ impl Branches {
             }
         }
         steps
-    }
-}
-
-fn decomposition<'d>(domain: &'d Domain, tree: &Tree, node: u32) -> Option<&'d Decomposition> {
-    let node = &tree.nodes[node as usize];
-    match node.task {
-        TaskId::Method(m) => domain.methods[m.index()]
-            .decompositions
-            .get(node.decomposition as usize),
-        TaskId::Action(_) => None,
     }
 }

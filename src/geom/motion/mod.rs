@@ -21,7 +21,17 @@ pub trait Space {
     fn dofs(&self) -> &[Dof];
     /// Returns whether nothing is hit at `q`. `&mut` for the implementor's scratch memory: the same `q` has the same answer.
     fn is_free(&mut self, q: &[f64]) -> bool;
+    /// Returns whether nothing is hit at any of the configurations, which stand one after the other in `qs`; at most [`BATCH`] of them.
+    ///
+    /// For spaces that look at several at once. The same answer as [`Space::is_free`] of each, which is what the default does.
+    fn all_free(&mut self, qs: &[f64]) -> bool {
+        let dim = self.dofs().len().max(1);
+        qs.chunks_exact(dim).all(|q| self.is_free(q))
+    }
 }
+
+/// So many configurations are asked for together: as many numbers as the widest registers of common processors hold.
+pub const BATCH: usize = 8;
 
 /// An edge is checked at so many points at most, whatever the resolution.
 const MAX_CHECKS: usize = 100_000;
@@ -40,11 +50,19 @@ pub fn edge_is_free(space: &mut dyn Space, a: &[f64], b: &[f64], resolution: f64
 
 /// Like [`edge_is_free`] for an `a` that is known to be free.
 fn onward_is_free(space: &mut dyn Space, a: &[f64], b: &[f64], resolution: f64, scratch: &mut Vec<f64>) -> bool {
-    space.is_free(b) && between_is_free(space, a, b, resolution, scratch)
+    scratch.clear();
+    scratch.extend_from_slice(b);
+    spread_is_free(space, a, b, resolution, scratch)
 }
 
 /// Like [`edge_is_free`] without the ends.
 fn between_is_free(space: &mut dyn Space, a: &[f64], b: &[f64], resolution: f64, scratch: &mut Vec<f64>) -> bool {
+    scratch.clear();
+    spread_is_free(space, a, b, resolution, scratch)
+}
+
+/// Whether the points between `a` and `b` are free, and those that are in `batch` already.
+fn spread_is_free(space: &mut dyn Space, a: &[f64], b: &[f64], resolution: f64, batch: &mut Vec<f64>) -> bool {
     let distance = length(a, b);
     if !distance.is_finite() {
         return false;
@@ -52,30 +70,39 @@ fn between_is_free(space: &mut dyn Space, a: &[f64], b: &[f64], resolution: f64,
     // A resolution that is no positive number gives infinity or NaN here, and then the most that is allowed.
     let n = (distance / resolution).ceil();
     let n = if distance == 0.0 || n <= 1.0 {
-        return true;
+        1
     } else if n < MAX_CHECKS as f64 {
         n as usize
     } else {
         MAX_CHECKS
     };
+    let full = BATCH * a.len();
     // Odd multiples of each power of two below n: every number from 1 to n - 1 once.
     let mut stride = n.next_power_of_two() / 2;
     while stride > 0 {
         for i in (stride..n).step_by(2 * stride) {
-            interpolate(a, b, i as f64 / n as f64, scratch);
-            if !space.is_free(scratch) {
-                return false;
+            push_between(a, b, i as f64 / n as f64, batch);
+            if batch.len() >= full {
+                if !space.all_free(batch) {
+                    return false;
+                }
+                batch.clear();
             }
         }
         stride /= 2;
     }
-    true
+    batch.is_empty() || space.all_free(batch)
 }
 
 /// Puts `a + t (b - a)` into `q`.
 fn interpolate(a: &[f64], b: &[f64], t: f64, q: &mut Vec<f64>) {
     q.clear();
-    q.extend(a.iter().zip(b).map(|(a, b)| a + t * (b - a)));
+    push_between(a, b, t, q);
+}
+
+/// Appends `a + t (b - a)` to `qs`.
+fn push_between(a: &[f64], b: &[f64], t: f64, qs: &mut Vec<f64>) {
+    qs.extend(a.iter().zip(b).map(|(a, b)| a + t * (b - a)));
 }
 
 #[cfg(test)]
