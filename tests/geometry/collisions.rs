@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde_json::Value;
 use sgap::geom::Pose;
 use sgap::geom::Vec3;
-use sgap::geom::checker::{Body, Checker, Item, LANES, Obstacle, Rig};
+use sgap::geom::checker::{Body, Checker, Item, Obstacle, Rig};
 use sgap::geom::collide::{Solid, distance, penetration, touch};
 use sgap::geom::cover::Form;
 use sgap::geom::hull::Hull;
@@ -166,6 +166,7 @@ impl Robot {
 
 #[test]
 fn hit_or_free_as_coal_says() {
+    use sgap::geom::checker::LANES;
     for robot in robots() {
         assert_eq!(robot.hits.len(), 10_000);
         let dofs: Vec<usize> = (0..robot.tree.n_dofs()).collect();
