@@ -20,3 +20,5 @@ mod ik;
 mod kinematics;
 #[path = "geometry/motion.rs"]
 mod motion;
+#[path = "geometry/navigation.rs"]
+mod navigation;

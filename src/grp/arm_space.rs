@@ -285,20 +285,25 @@ impl<'a> ArmSpace<'a> {
 
     /// Returns the names of the last collision's bodies.
     pub(super) fn hit_names(&self) -> Option<(String, String)> {
+        let (a, b) = self.hit()?;
+        Some((a.name(self.scene), b.name(self.scene)))
+    }
+
+    /// Returns the bodies of the last collision.
+    pub(super) fn hit(&self) -> Option<(Owner, Owner)> {
         let owner = |item: Item| match item {
             Item::Body(i) => self.movers[i].owner,
             Item::Obstacle(j) => self.others[j].owner,
         };
-        let (a, b) = match &self.last {
-            Last::Nothing => return None,
-            Last::By(a, b) => (*a, *b),
+        match &self.last {
+            Last::Nothing => None,
+            Last::By(a, b) => Some((*a, *b)),
             Last::At(qs) => {
                 let mut each = qs.chunks(self.dofs().len().max(1));
                 let (a, b) = each.find_map(|q| self.checker.first_hit(q))?;
-                (owner(a), owner(b))
+                Some((owner(a), owner(b)))
             }
-        };
-        Some((a.name(self.scene), b.name(self.scene)))
+        }
     }
 }
 

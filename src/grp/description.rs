@@ -170,7 +170,7 @@ fn placed(action: &Geometric, entities: &[EntityRef], sub_action: usize, place: 
     })
 }
 
-fn asked(scene: &Scene, domain: &Domain, fact: &FactOf, entities: &[EntityRef]) -> Asked {
+pub(super) fn asked(scene: &Scene, domain: &Domain, fact: &FactOf, entities: &[EntityRef]) -> Asked {
     let args: Vec<EntityRef> = fact.args.iter().map(|p| entities[p.index()]).collect();
     let request = &domain.requests[fact.request.index()].name;
     let names: Vec<&str> = args.iter().map(|e| name(scene, *e)).collect();

@@ -24,6 +24,8 @@ pub(super) struct Part {
     pub exact: Solid,
     /// Grown by [`MARGIN`].
     pub padded: Solid,
+    /// Grown by [`SELF_MARGIN`].
+    pub self_padded: Solid,
     /// The exact shape with its cover.
     pub form: Arc<Form>,
     /// An object's, shrunk a little: what rests on its support touches it without hitting it. A link's as it is.
@@ -76,6 +78,7 @@ impl Prepared {
                 link,
                 exact: Solid::new(shape),
                 padded: Solid::padded(shape, MARGIN),
+                self_padded: Solid::padded(shape, SELF_MARGIN),
                 resting: Arc::clone(&form),
                 form,
                 X_FS: *X_FS,

@@ -3,6 +3,7 @@
 //! Names of entities, joints and links are those of the domain, world and URDF files. Seconds, metres, radians.
 
 use indexmap::IndexMap;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Changes, Text};
@@ -10,8 +11,17 @@ use super::text::{Changes, Text};
 /// Version of the document's form; raised when a reader of the old one would misread the new one.
 pub const VERSION: u32 = 1;
 
+/// Returns the schema of a plan document (JSON Schema, draft 2020-12), as JSON.
+pub fn schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Plan).to_value();
+    schema["title"] = "sgap plan".into();
+    schema["properties"]["format"] = serde_json::json!({ "const": "sgap-plan" });
+    schema["properties"]["version"] = serde_json::json!({ "const": VERSION });
+    schema
+}
+
 /// A plan with its schedule and motions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Always `sgap-plan`.
@@ -47,7 +57,7 @@ fn is_false(x: &bool) -> bool {
 }
 
 /// A part of a plan's cost.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CostPart {
     /// `sum`, `makespan`, or the social rule's name.
@@ -63,7 +73,7 @@ pub struct CostPart {
 }
 
 /// One action.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Action {
     /// Position in [`Plan::actions`].
@@ -87,22 +97,27 @@ pub struct Action {
 }
 
 /// The geometric action solution (thesis 3.2.3): choices and motions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
-    /// Name of the geometric action: `pick`, `place`, `placeReachable`.
+    /// Name of the geometric action: `pick`, `place`, `navigateTo`.
     pub action: String,
     /// Identifies the geometric action in this run (thesis: gasNum).
     pub gas: u32,
     /// 0 for the first solution (thesis: gasAltNum).
     pub alternative: u32,
     pub agent: String,
-    /// Name of the arm.
+    /// Name of the arm; empty where none handles anything.
+    #[serde(skip_serializing_if = "String::is_empty", default)]
     pub arm: String,
-    /// The object that is handled.
+    /// The object that is handled, or the entity that the agent goes to.
     pub object: String,
-    /// Name of the grasp that holds it.
+    /// Name of the grasp that holds it; empty where nothing is handled.
+    #[serde(skip_serializing_if = "String::is_empty", default)]
     pub grasp: String,
+    /// Where the base goes, for actions that do.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub stand: Option<Stand>,
     /// Where it is put down, for actions that do.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub placement: Option<Placement>,
@@ -111,8 +126,17 @@ pub struct Geometry {
     pub sub_actions: Vec<SubAction>,
 }
 
+/// A place on the floor where an agent stands: of its base in the world [m], [rad].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stand {
+    pub x: f64,
+    pub y: f64,
+    pub yaw: f64,
+}
+
 /// A place on a support.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Placement {
     /// Entity that carries it.
@@ -131,7 +155,7 @@ pub struct Placement {
 }
 
 /// A pose: position [m] and unit quaternion (x, y, z, w).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoseDocument {
     pub position: [f64; 3],
@@ -159,7 +183,7 @@ impl PoseDocument {
 }
 
 /// The motion of one sub-action (thesis: GSAS).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubAction {
     /// `approach`, `engage`, `grasp`, `disengage`, `place`, `release`, `retract`.
@@ -173,7 +197,7 @@ pub struct SubAction {
 }
 
 /// How a sub-action moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
     /// Anywhere in the joint space.
@@ -182,11 +206,15 @@ pub enum Motion {
     Straight,
     /// Fingers alone.
     Gripper,
+    /// The arms to their posture for going.
+    Posture,
+    /// The base on the floor: the trajectory's joints are `x`, `y` [m] and `yaw` [rad] of the base in the world.
+    Base,
 }
 
 /// Timed configurations of some joints; linear in between; the first time is 0 and counts from the end of the
 /// sub-action before (the first one's from the action's start).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trajectory {
     pub joints: Vec<String>,
@@ -204,7 +232,7 @@ impl Trajectory {
 }
 
 /// The hand takes or lets go of an object.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AttachmentChange {
     Attach {
@@ -220,7 +248,7 @@ pub enum AttachmentChange {
 }
 
 /// `before` must be over when `after` starts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
     pub before: usize,
@@ -229,7 +257,7 @@ pub struct Link {
 }
 
 /// Why one action comes before another.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinkReason {
     /// `after` needs an attribute that `before` set: `PR2.hasInHand`.
@@ -243,7 +271,7 @@ pub enum LinkReason {
 }
 
 /// A task in the decomposition tree. The tree is a list, so that no reader has to follow a recursive method down.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Node {
     pub task: Text,

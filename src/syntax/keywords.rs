@@ -15,6 +15,8 @@ pub enum Group {
     Step,
     /// Within `social { }`.
     Social,
+    /// Within a geometric action.
+    Geometric,
     Constant,
     /// The type of a value; an entity type is a name, apart from `Agent`.
     Type,
@@ -248,6 +250,43 @@ const KEYWORDS: &[Keyword] = &[
         "weight",
         "What one of what a rule counts adds to the plan's cost.",
     ),
+    keyword(
+        Geometric,
+        "exists",
+        "What the solver has to choose: `exists hand in arms(A), grasp in grasps(O);`.",
+    ),
+    keyword(Geometric, "in", "See `exists`: `exists hand in arms(A);`."),
+    keyword(
+        Geometric,
+        "when",
+        "What must hold before a sub-action: `when free(hand) and isOn(O, S)`.",
+    ),
+    keyword(
+        Geometric,
+        "moving",
+        "What may move in a sub-action: `moving arm(hand)`, `moving gripper(hand)`.",
+    ),
+    keyword(
+        Geometric,
+        "straight",
+        "The tool follows a line: `moving arm(hand) straight`.",
+    ),
+    keyword(
+        Geometric,
+        "with",
+        "What is in the hand meanwhile, `moving arm(hand) with O`; or a choice made already, `with hand = hand`.",
+    ),
+    keyword(
+        Geometric,
+        "until",
+        "Where a sub-action ends, and what holds then: `until up(hand, 0.1) and isVisible(O, B)`.",
+    ),
+    keyword(
+        Geometric,
+        "then",
+        "What changes hands after a sub-action: `then attach(O, hand)`.",
+    ),
+    keyword(Geometric, "and", "Both hold: `when free(hand) and isOn(O, S)`."),
     keyword(Constant, "NULL", "No value."),
     keyword(Constant, "true", "The value of a `bool` that holds."),
     keyword(Constant, "false", "The value of a `bool` that does not hold."),

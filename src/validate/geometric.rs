@@ -170,6 +170,8 @@ impl<'a, 'b> Played<'a, 'b> {
                 Space::Arm(_) => Motion::Free,
                 Space::ArmStraight(_) => Motion::Straight,
                 Space::Gripper(_) => Motion::Gripper,
+                Space::Body(_) => Motion::Posture,
+                Space::Base(_) => Motion::Base,
             };
             if sub_action.motion != motion {
                 return Err(place(mismatch("motion", word(motion), word(sub_action.motion))));
@@ -239,17 +241,8 @@ impl<'a, 'b> Played<'a, 'b> {
         facts.iter().try_for_each(|fact| self.fact(fact, state, verdict))
     }
 
-    fn fact(&self, fact: &FactOf, state: &State, verdict: &mut Verdict) -> Checked<()> {
-        let name = &self.domain.requests[fact.request.index()].name;
-        let args: Vec<Value> = fact.args.iter().map(|p| self.args[p.index()].clone()).collect();
-        verdict.facts += 1;
-        let answer = Asked::new(self.bodies, state.clone(), self.settings).ask(self.domain, name, &args);
-        if matches!(answer, Some(Answer::Truth { may: true, .. })) {
-            return Ok(());
-        }
-        let shown: Vec<String> = args.iter().map(|a| self.domain.show(a)).collect();
-        let fact = format!("{name}({})", shown.join(", "));
-        Err(Kind::FactUnconfirmed { fact }.into())
+    fn fact(&self, of: &FactOf, state: &State, verdict: &mut Verdict) -> Checked<()> {
+        fact(self.domain, self.bodies, self.settings, self.args, of, state, verdict)
     }
 
     fn gripper(&self) -> Option<&'a Gripper> {
@@ -267,6 +260,8 @@ impl<'a, 'b> Played<'a, 'b> {
             | Target::Grasp { .. }
             | Target::Up(_)
             | Target::Back(_)
+            | Target::Posture
+            | Target::Stand(_)
             | Target::Placement { .. } => None,
         }
     }
@@ -299,8 +294,8 @@ impl<'a, 'b> Played<'a, 'b> {
                 }
                 .into());
             }
-            // What takes the object looks at the fingers.
-            Target::Closed(Some(_)) => return Ok(()),
+            // What takes the object looks at the fingers; an action that goes is checked by `navigation`.
+            Target::Closed(Some(_)) | Target::Posture | Target::Stand(_) => return Ok(()),
             Target::Grasp { before: back, .. } => {
                 let grasp = thing.grasps.iter().find(|g| g.name == self.geometry.grasp);
                 let grasp = grasp.ok_or_else(|| unknown("grasp", &self.geometry.grasp))?;
@@ -387,7 +382,29 @@ impl<'a, 'b> Played<'a, 'b> {
     }
 }
 
-fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
+/// Checks that a fact about the arguments may hold in a state.
+pub(super) fn fact(
+    domain: &Domain,
+    bodies: &Bodies<'_>,
+    settings: &Settings,
+    args: &[Value],
+    fact: &FactOf,
+    state: &State,
+    verdict: &mut Verdict,
+) -> Checked<()> {
+    let name = &domain.requests[fact.request.index()].name;
+    let args: Vec<Value> = fact.args.iter().map(|p| args[p.index()].clone()).collect();
+    verdict.facts += 1;
+    let answer = Asked::new(bodies, state.clone(), settings).ask(domain, name, &args);
+    if matches!(answer, Some(Answer::Truth { may: true, .. })) {
+        return Ok(());
+    }
+    let shown: Vec<String> = args.iter().map(|a| domain.show(a)).collect();
+    let fact = format!("{name}({})", shown.join(", "));
+    Err(Kind::FactUnconfirmed { fact }.into())
+}
+
+pub(super) fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
     if expected == found {
         Ok(())
     } else {
@@ -395,7 +412,7 @@ fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
     }
 }
 
-fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
+pub(super) fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
     Kind::GeometryMismatch {
         what,
         expected: expected.to_owned(),
@@ -404,18 +421,20 @@ fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
     .into()
 }
 
-fn unknown(what: &'static str, name: &str) -> Kind {
+pub(super) fn unknown(what: &'static str, name: &str) -> Kind {
     Kind::UnknownName {
         what,
         name: name.to_owned(),
     }
 }
 
-fn word(motion: Motion) -> &'static str {
+pub(super) fn word(motion: Motion) -> &'static str {
     match motion {
         Motion::Free => "free",
         Motion::Straight => "straight",
         Motion::Gripper => "gripper",
+        Motion::Posture => "posture",
+        Motion::Base => "base",
     }
 }
 

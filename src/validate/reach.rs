@@ -15,7 +15,7 @@ use crate::geom::{
     Pose, Vec3, collide,
     kinematics::{JointKind, Tree},
 };
-use crate::world::{Arm, State};
+use crate::world::{Arm, Gripper, State};
 
 /// Iterations of one descent.
 const ITERATIONS: usize = 100;
@@ -60,7 +60,7 @@ pub(super) enum Until {
 
 /// Searches for a configuration of one of the agent's arms at the object; base and all other joints stay.
 ///
-/// With fingers: the tool at a grasp of the object that is not wider than the open hand. Without: the tool's origin at
+/// A robot's gripper: the tool at a grasp of the object that is not wider than the open gripper. A bare or a human hand: the tool's origin at
 /// the point where the segment from the shoulder to the object's origin enters the object. A hand that holds something
 /// can't take another object.
 pub(super) fn search(
@@ -77,7 +77,8 @@ pub(super) fn search(
     let arms = bodies.scene.agents[agent].arms.iter().enumerate();
     for (index, arm) in arms.filter(|(i, _)| !is_full(*i)) {
         if let Some(chain) = Chain::new(&bodies.scene.agents[agent].tree, arm, &X_WL) {
-            let goals = chain.targets(bodies, state, object, arm);
+            let gripper = bodies.scene.agents[agent].gripper_to_reach_with(index);
+            let goals = chain.targets(bodies, state, object, gripper);
             let near = goals.into_iter().filter(|t| chain.could_reach(t));
             targets.extend(near.map(|t| (index, chain.clone(), t)));
         }
@@ -240,10 +241,10 @@ impl<'a> Chain<'a> {
         (self.X_WK * X_KJ).translation.vector
     }
 
-    fn targets(&self, bodies: &Bodies<'_>, state: &State, object: usize, arm: &Arm) -> Vec<Target> {
+    fn targets(&self, bodies: &Bodies<'_>, state: &State, object: usize, gripper: Option<&Gripper>) -> Vec<Target> {
         let thing = &bodies.scene.objects[object];
         let X_WO = state.objects[object].X_WO;
-        if let Some(gripper) = &arm.gripper {
+        if let Some(gripper) = gripper {
             let fitting = thing.grasps.iter().filter(|g| g.width <= gripper.gap_open);
             return fitting.map(|g| Target::Pose(X_WO * g.X_OT)).collect();
         }

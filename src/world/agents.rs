@@ -132,7 +132,8 @@ fn base(table: &Table<'_>, problems: &mut Problems) -> Pose {
         };
         if value.abs() > pose::FARTHEST {
             let message = format!("{} is placed {} m away", table.place, value.abs());
-            problems.push(problems::bad_size(message, span, "lengths are in metres"));
+            let help = format!("lengths are in metres: {} mm are {}", value.abs(), value.abs() / 1000.0);
+            problems.push(problems::bad_size(message, span, help));
         }
         if base.has("xyz") {
             problems.push(problems::bad_value(

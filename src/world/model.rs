@@ -28,11 +28,12 @@ pub struct Model {
     pub base_limits: Limits,
 }
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "urdf",
     "srdf",
     "packages",
     "meshes",
+    "without_shape",
     "base",
     "navigation",
     "speeds",
@@ -68,6 +69,15 @@ pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Mod
         }
     };
     let file = sources.add(path, text.clone());
+    if text.trim_start().starts_with('<') {
+        let message = format!("`{path}` is no model file: it is XML");
+        let help = format!(
+            "write a model file in TOML beside it, with `urdf = \"{}\"`: see docs/worlds.md",
+            path.rsplit('/').next().unwrap_or(path)
+        );
+        problems.push(Problem::error("world::not-toml", message, Span::new(file, 0, 0), "").help(help));
+        return (None, problems);
+    }
     let Some(toml) = table::parse(&text, file, &mut problems) else {
         return (None, problems);
     };
@@ -241,7 +251,12 @@ pub fn beside(file: &str, path: &str) -> String {
 }
 
 fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problems: &mut Problems) -> Model {
-    let urdf::Robot { mut tree, bodies } = robot;
+    let urdf::Robot { mut tree, mut bodies } = robot;
+    for name in root.array("without_shape", problems).unwrap_or_default() {
+        let name = name.text("an entry of `without_shape`", problems);
+        let link = name.and_then(|name| find_link(&tree, name, "`without_shape`", problems));
+        bodies.retain(|body| Some(body.link) != link);
+    }
     speeds(root, &mut tree, problems);
     rates(root, &mut tree, problems);
     let arms = arms::read(root, &tree, srdf, problems);
@@ -501,16 +516,17 @@ fn camera(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Cam
     let link = table
         .needed_text("link", "link = \"head\"", problems)
         .and_then(|n| find_link(tree, n, &table.place, problems));
-    let X_LC = pose::read(table, problems);
+    let X_LC = pose::read_in_frame(table, problems);
     let mut positive = |key: &str, example: &str, most: f64| {
         let (value, span) = table.needed_number(key, example, problems)?;
         if value <= 0.0 || value >= most {
-            problems.push(problems::bad_value(
-                format!("`{key}` of {} is {value}", table.place),
-                span,
-                "",
-                format!("write a number between 0 and {most:.4}"),
-            ));
+            let help = if key != "range" && value > most && value < most.to_degrees() {
+                format!("angles are in radians: {value} degrees are {:.4}", value.to_radians())
+            } else {
+                format!("write a number between 0 and {most:.4}")
+            };
+            let message = format!("`{key}` of {} is {value}", table.place);
+            problems.push(problems::bad_value(message, span, "", help));
             return None;
         }
         Some(value)

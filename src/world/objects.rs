@@ -47,8 +47,10 @@ const VIRTUAL_KEYS: [&str; 8] = [
 ];
 const PRIMITIVES: [&str; 4] = ["box", "cylinder", "sphere", "capsule"];
 const SHAPES: [&str; 5] = ["box", "cylinder", "sphere", "capsule", "mesh"];
-/// No object is longer than the largest world of the thesis, 25 m, twice over [m].
-const LARGEST: f64 = 50.0;
+/// No hand is wider [m].
+const WIDEST_GRASP: f64 = 1.0;
+/// No agent moves what is heavier [kg].
+const HEAVIEST: f64 = 1000.0;
 /// Nothing smaller can be handled or seen [m].
 const SMALLEST: f64 = 5e-4;
 /// Of light wood [kg/m^3]: what an object weighs when the file does not say.
@@ -117,6 +119,13 @@ fn object(name: Name<'_>, table: &Table<'_>, solids: &mut Solids<'_, '_>, proble
     if let Some((mass, span)) = mass.filter(|(m, _)| *m <= 0.0) {
         let message = format!("{} weighs {mass} kg", table.place);
         problems.push(problems::bad_value(message, span, "", "write a mass above zero, in kg"));
+    } else if let Some((mass, span)) = mass.filter(|(m, _)| movable && *m > HEAVIEST) {
+        let message = format!("{} weighs {mass} kg, and is to be moved", table.place);
+        let help = format!(
+            "masses are in kilograms: {mass} g are {}; or it is fixed, `movable = false`",
+            mass / 1000.0
+        );
+        problems.push(problems::bad_value(message, span, "", help));
     }
     let listed_supports = listed(table, "supports", problems, support);
     let listed_grasps = listed(table, "grasps", problems, grasp);
@@ -203,7 +212,7 @@ fn parts(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems
                 problems.push(Problem::error("world::no-shape", message, t.span, "").help(help));
                 return None;
             }
-            let X_OP = pose::read(&t, problems);
+            let X_OP = pose::read_in_frame(&t, problems);
             placed(&t, &X_OP, solids, problems)
         });
         ok &= part.is_some();
@@ -266,7 +275,32 @@ fn mesh(table: &Table<'_>, solids: &mut Solids<'_, '_>, problems: &mut Problems)
         in_parts,
     };
     match solids.meshes.shapes(solids.path, &wanted) {
-        Ok(shapes) => Some(shapes),
+        Ok(shapes) => {
+            // The longest half side, wherever the mesh lies.
+            let longest = shapes
+                .iter()
+                .map(|(shape, _)| shape.half_extents().max())
+                .fold(0.0, f64::max);
+            let message = format!("mesh `{}` of {} is {:.3} m long", name.text, table.place, 2.0 * longest);
+            if 2.0 * longest > pose::LARGEST {
+                let help =
+                    "lengths are in metres: for a mesh in millimetres write `mesh = { file = .., scale = 0.001 }`";
+                problems.push(problems::bad_size(message, name.span, help));
+                return None;
+            }
+            if 2.0 * longest < SMALLEST {
+                let help = "lengths are in metres: is the factor `scale` applied twice?";
+                let message = format!(
+                    "mesh `{}` of {} is {:.1e} m long",
+                    name.text,
+                    table.place,
+                    2.0 * longest
+                );
+                problems.push(problems::bad_size(message, name.span, help));
+                return None;
+            }
+            Some(shapes)
+        }
         Err(no_mesh) => {
             problems.push(problems::no_mesh(&wanted, &no_mesh, name.span));
             None
@@ -313,7 +347,7 @@ fn shape(table: &Table<'_>, problems: &mut Problems) -> Option<Shape> {
 
 /// Says whether a length can be meant, and complains if not.
 fn size(value: f64, word: &str, place: &str, span: Span, problems: &mut Problems) -> bool {
-    let help = if value > LARGEST {
+    let help = if value > pose::LARGEST {
         format!("lengths are in metres: {value} mm are {}", value / 1000.0)
     } else if value < SMALLEST {
         "lengths are positive, in metres".to_string()
@@ -349,7 +383,7 @@ fn entry_name(table: &Table<'_>, problems: &mut Problems) -> Option<String> {
 fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
     table.only(&["name", "xyz", "rpy", "yaw", "size"], problems);
     let name = entry_name(table, problems);
-    let X_OF = pose::read(table, problems);
+    let X_OF = pose::read_in_frame(table, problems);
     if !table.has("size") {
         problems.push(problems::missing_key(
             "size",
@@ -371,7 +405,7 @@ fn support(table: &Table<'_>, problems: &mut Problems) -> Option<Support> {
 fn container(table: &Table<'_>, problems: &mut Problems) -> Option<Container> {
     table.only(&["name", "xyz", "rpy", "yaw", "size"], problems);
     let name = entry_name(table, problems);
-    let X_OC = pose::read(table, problems);
+    let X_OC = pose::read_in_frame(table, problems);
     if !table.has("size") {
         problems.push(problems::missing_key(
             "size",
@@ -393,10 +427,21 @@ fn container(table: &Table<'_>, problems: &mut Problems) -> Option<Container> {
 fn grasp(table: &Table<'_>, problems: &mut Problems) -> Option<Grasp> {
     table.only(&["name", "xyz", "rpy", "yaw", "width"], problems);
     let name = entry_name(table, problems);
-    let X_OT = pose::read(table, problems);
+    let X_OT = pose::read_in_frame(table, problems);
     let width = table
         .needed_number("width", "width = 0.05", problems)
-        .filter(|(w, span)| size(*w, "wide", &table.place, *span, problems));
+        .filter(|(w, span)| size(*w, "wide", &table.place, *span, problems))
+        .filter(|(w, span)| {
+            if *w > WIDEST_GRASP {
+                let help = format!("lengths are in metres: {w} mm are {}", w / 1000.0);
+                problems.push(problems::bad_size(
+                    format!("{} is {w} m wide", table.place),
+                    *span,
+                    help,
+                ));
+            }
+            *w <= WIDEST_GRASP
+        });
     Some(Grasp {
         name: name?,
         X_OT,
@@ -407,7 +452,7 @@ fn grasp(table: &Table<'_>, problems: &mut Problems) -> Option<Grasp> {
 fn given_stable(table: &Table<'_>, parts: &[Part], problems: &mut Problems) -> Option<Stable> {
     table.only(&["name", "rpy"], problems);
     let name = entry_name(table, problems)?;
-    let R_QO = pose::read(table, problems).rotation;
+    let R_QO = pose::read_in_frame(table, problems).rotation;
     let stands = stable::stand(&name, parts, R_QO);
     if stands.is_none() {
         let message = format!("{} would tip or roll", table.place);

@@ -9,17 +9,30 @@ use crate::geom::{Pose, pose_xyz_rpy};
 pub const KEYS: [&str; 3] = ["xyz", "rpy", "yaw"];
 
 /// No world is larger; a coordinate beyond it is in millimetres, or a slip [m].
-pub const FARTHEST: f64 = 1000.0;
+pub const FARTHEST: f64 = 200.0;
 
-/// Returns the pose of `xyz` [m] and `rpy` [rad] (fixed axes, URDF's convention), or `yaw` [rad] alone; each is zero when absent.
+/// No part of a thing is farther from its frame [m].
+pub const LARGEST: f64 = 50.0;
+
+/// Returns the pose in the world of `xyz` [m] and `rpy` [rad] (fixed axes, URDF's convention), or `yaw` [rad] alone; each is zero when
+/// absent.
 pub fn read(table: &Table<'_>, problems: &mut Problems) -> Pose {
+    read_within(table, FARTHEST, problems)
+}
+
+/// Like [`read`], for a pose in the frame of an object or a link.
+pub fn read_in_frame(table: &Table<'_>, problems: &mut Problems) -> Pose {
+    read_within(table, LARGEST, problems)
+}
+
+fn read_within(table: &Table<'_>, farthest: f64, problems: &mut Problems) -> Pose {
     let xyz = match table.vector::<3>("xyz", problems) {
         Some((xyz, span)) => {
-            if let Some(far) = xyz.iter().find(|v| v.abs() > FARTHEST) {
+            if let Some(far) = xyz.iter().find(|v| v.abs() > farthest) {
                 problems.push(problems::bad_size(
                     format!("{} is placed {} m away", table.place, far.abs()),
                     span,
-                    "lengths are in metres",
+                    format!("lengths are in metres: {} mm are {}", far.abs(), far.abs() / 1000.0),
                 ));
             }
             xyz

@@ -53,6 +53,34 @@ pub fn wrong_type(what: &str, wanted: &str, found: &str, span: Span) -> Problem 
         span,
         format!("{found} here"),
     )
+    .maybe_help(how_to_write(what, wanted))
+}
+
+/// Returns how a value of the wanted type is written.
+fn how_to_write(what: &str, wanted: &str) -> Option<String> {
+    const EXAMPLES: [(&str, &str); 7] = [
+        ("`cylinder`", "cylinder = { radius = 0.03, length = 0.1 }"),
+        ("`capsule`", "capsule = { radius = 0.03, length = 0.1 }"),
+        ("`sphere`", "sphere = { radius = 0.03 }"),
+        ("`base`", "base = { x = 0, y = 0, yaw = 0 }"),
+        ("`joints`", "joints = { elbow_joint = 0.5 }"),
+        ("`tool`", "tool = { xyz = [0, 0, 0.1] }"),
+        ("`task`", "task = \"Fetch(CUP)\""),
+    ];
+    let known = EXAMPLES.iter().find(|(key, _)| what.starts_with(key));
+    let text = match (known, wanted) {
+        (Some((_, example)), _) => format!("write `{example}`"),
+        (None, "a text") => "texts stand in quotes, `\"red\"`".to_string(),
+        (None, "a number") => "write a number without quotes, `0.5`".to_string(),
+        (None, "`true` or `false`") => "write the word without quotes".to_string(),
+        (None, "a table") => "write `[name]` on a line of its own, or `{ key = value }`".to_string(),
+        (None, "an array") => "write it in brackets, `[..]`, with commas".to_string(),
+        (None, _) if wanted.ends_with(" numbers") => {
+            "write numbers in brackets with commas between, a point within, `[0.9, 0, 0.35]`".to_string()
+        }
+        (None, _) => return None,
+    };
+    Some(text)
 }
 
 /// A value of the right type that can't be right.

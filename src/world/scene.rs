@@ -133,6 +133,16 @@ pub struct Agent {
     pub manner: Manner,
 }
 
+impl Agent {
+    /// Returns the gripper whose grasps decide what the arm can reach; `None` where a hand comes to the surface alone, as humans reach.
+    pub fn gripper_to_reach_with(&self, arm: usize) -> Option<&Gripper> {
+        match self.kind {
+            AgentKind::Robot => self.arms.get(arm)?.gripper.as_ref(),
+            AgentKind::Human => None,
+        }
+    }
+}
+
 /// What the world file says of a human besides shape and place (thesis 2.3.4.1, 2.4.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Manner {

@@ -161,7 +161,8 @@ impl ClosedForm {
     pub(super) fn candidates(&self, chain: &Chain, X_KT: &Pose, q: &[f64], scratch: &mut Scratch) -> usize {
         scratch.candidates.clear();
         scratch.miss = None;
-        if q.len() < chain.dofs().len() {
+        let n = chain.dofs().len();
+        if q.len() < n || self.solved.iter().any(|i| *i >= n) {
             return 0;
         }
         let Some((lines, X_KT_reference)) = self.lines(chain, q, scratch) else {
@@ -177,7 +178,7 @@ impl ClosedForm {
         }
         scratch.angles.clear();
         six::solve(self.family, &lines, &G, &hint, &mut scratch.angles);
-        for angles in &mut scratch.angles {
+        for angles in scratch.angles.iter_mut().filter(|a| a.iter().all(|v| v.is_finite())) {
             if self.from_tool {
                 angles.reverse();
             }
@@ -188,9 +189,6 @@ impl ClosedForm {
                 angles[k] = value.max(dof.lower).min(dof.upper);
                 beyond = beyond.max((value - angles[k]).abs());
                 far = far.max((angles[k] - near[k]).abs());
-            }
-            if beyond.is_nan() {
-                continue;
             }
             if beyond > SLACK {
                 if scratch.miss.is_none_or(|(least, _)| beyond < least) {

@@ -113,7 +113,7 @@ pub(super) fn reach(
         p_WShoulder: X_WL[prepared.agents[agent].arms[arm].shoulder_link].translation.vector,
         X_KW: X_WL[body.arms[arm].base_link].inverse(),
     };
-    match &body.arms[arm].gripper {
+    match body.gripper_to_reach_with(arm) {
         Some(gripper) => limb.gripper_reaches(gripper),
         None => limb.hand_reaches(),
     }
@@ -207,7 +207,7 @@ impl Limb<'_> {
         let mut space = self.space(&open);
         for (grasp, why) in grasps.iter().zip(&mut why).filter(|(_, w)| is_open(w)) {
             if !space.hand_is_free(&(X_WO * grasp.X_OT))
-                && let Some((a, b)) = space.hit
+                && let Some((a, b)) = space.hit()
             {
                 *why = Obstacle::Hand(a, b);
             }
@@ -295,7 +295,7 @@ impl Limb<'_> {
             &mut self.tries(),
             &mut |q| {
                 let is_free = space.check(q);
-                if let Some(hit) = space.hit.filter(|hit| !is_free && !hits.contains(hit)) {
+                if !is_free && let Some(hit) = space.hit().filter(|hit| !hits.contains(hit)) {
                     hits.push(hit);
                 }
                 is_free

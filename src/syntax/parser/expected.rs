@@ -90,7 +90,11 @@ pub(super) fn expected(error: &Error<Rule>, start: usize, place: &Place<'_>) -> 
         (missing.is_none() || text_of(before).is_some_and(|w| near.eq_ignore_ascii_case(w))).then_some(near)
     };
     let quantifier = || before.and_then(|before| misspelt_quantifier(before, next, place));
-    let near = if words.iter().any(|w| is_keyword(&w)) {
+    let near = if before.is_some_and(|token| in_geometric(token, place)) {
+        // Its words are none elsewhere, and those of elsewhere none here.
+        let listed = words.iter().map(|w| w.trim_matches('`'));
+        found.and_then(|w| nearest(w, listed.filter(|w| w.starts_with(char::is_alphabetic))))
+    } else if words.iter().any(|w| is_keyword(&w)) {
         // Where any clause may stand they are not all named.
         let has = |w: &str| words.contains(&w);
         let fits =
@@ -208,6 +212,20 @@ fn in_duration(token: Token, place: &Place<'_>) -> bool {
     open.is_some_and(|i| text_of(i) == Some("{") && i > 0 && text_of(i - 1) == Some("duration"))
 }
 
+/// Returns true if the innermost open brace before the token is that of a geometric action.
+fn in_geometric(token: Token, place: &Place<'_>) -> bool {
+    let tokens = &place.layout.tokens;
+    let n_before = tokens.partition_point(|t| t.0 < token.0);
+    let text_of = |i: usize| tokens.get(i).and_then(|(s, e)| place.text.get(*s..*e));
+    let open = (0..n_before).rev().find(|i| matches!(text_of(*i), Some("{" | "}")));
+    let Some(open) = open.filter(|i| text_of(*i) == Some("{")) else {
+        return false;
+    };
+    // `geometric NAME ( .. ) {`: parameters have no brackets of their own.
+    let params = (0..open).rev().find(|i| text_of(*i) == Some("("));
+    params.is_some_and(|i| i > 1 && text_of(i - 2) == Some("geometric"))
+}
+
 /// Returns how to say what other languages say with this mark.
 fn foreign(found: &str) -> Option<&'static str> {
     match found {
@@ -277,7 +295,12 @@ fn misspelt(found: &str, before_brace: bool) -> Option<&'static str> {
     if !is_word || found.len() > 32 || group(found).is_some() {
         return None;
     }
-    let is_keyword = |k: &&Keyword| !matches!(k.group, Group::Constant | Group::Type | Group::Social);
+    let is_keyword = |k: &&Keyword| {
+        !matches!(
+            k.group,
+            Group::Constant | Group::Type | Group::Social | Group::Geometric
+        )
+    };
     let near = nearest(found, keywords().iter().filter(is_keyword).map(|k| k.word))?;
     let same_letters = near.eq_ignore_ascii_case(found);
     (same_letters || found.len() > if before_brace { 2 } else { 3 }).then_some(near)

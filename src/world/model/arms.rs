@@ -9,6 +9,9 @@ use crate::world::srdf::{EndEffector, Srdf};
 use crate::world::table::Table;
 use crate::world::{Arm, Gripper, pose, problems};
 
+/// No hand opens wider [m].
+const WIDEST: f64 = 1.0;
+
 /// Reads `[arms.NAME]`, two at most.
 pub(super) fn read(root: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut Problems) -> Vec<Arm> {
     let tables = root.named_tables("arms", "arm", problems);
@@ -120,7 +123,7 @@ fn arm(name: &str, table: &Table<'_>, tree: &Tree, srdf: &Srdf, problems: &mut P
     let tool = table.table("tool", &format!("`tool` of {}", table.place), problems);
     let X_LT = tool.map_or_else(Pose::identity, |t| {
         t.only(&pose::KEYS, problems);
-        pose::read(&t, problems)
+        pose::read_in_frame(&t, problems)
     });
     let gripper = table
         .table("gripper", &format!("`gripper` of {}", table.place), problems)
@@ -243,6 +246,12 @@ fn gripper(table: &Table<'_>, tree: &Tree, problems: &mut Problems) -> Option<Gr
         }
     }
     let (gap_open, span) = gap_open?;
+    if gap_open > WIDEST {
+        let message = format!("{} opens to {gap_open} m", table.place);
+        let help = format!("lengths are in metres: {gap_open} mm are {}", gap_open / 1000.0);
+        problems.push(problems::bad_size(message, span, help));
+        return None;
+    }
     if gap_open <= gap_closed || gap_closed < 0.0 {
         problems.push(problems::bad_value(
             format!("{} opens to {gap_open} m and closes to {gap_closed} m", table.place),

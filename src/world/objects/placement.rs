@@ -270,6 +270,11 @@ fn at(
         .fold(0.0, f64::max);
     if overhang > EDGE {
         let half = face.half;
+        let side = |axis: usize| {
+            let along = stable.footprint.iter().map(|p| p[axis]);
+            along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+        };
+        let fits = side(0).max(side(1)) <= 2.0 * half[0].max(half[1]);
         problems.push(
             Problem::error(
                 "world::off-support",
@@ -281,8 +286,17 @@ fn at(
                 "placed here",
             )
             .help(format!(
-                "the face reaches from {:.3} to {:.3} along x and from {:.3} to {:.3} along y of `{}`",
-                -half[0], half[0], -half[1], half[1], below.id
+                "the face reaches from {:.3} to {:.3} along x and from {:.3} to {:.3} along y of `{}`{}",
+                -half[0],
+                half[0],
+                -half[1],
+                half[1],
+                below.id,
+                if fits {
+                    ""
+                } else {
+                    "; the object is larger: lengths are in metres"
+                }
             )),
         );
         return None;

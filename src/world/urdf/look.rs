@@ -13,6 +13,9 @@ use crate::world::problems;
 /// Elements nest this deep at most: readers of XML recurse. URDF itself needs six levels.
 const DEEPEST: usize = 64;
 
+/// No link is longer; a length beyond it is in millimetres [m].
+const LARGEST: f64 = 50.0;
+
 /// The velocity limit of a joint without one [rad/s] or [m/s]. HEURISTIC: slow enough for whatever moves.
 pub const SLOW: f64 = 0.2;
 
@@ -57,13 +60,20 @@ pub fn look(text: &str, file: FileId) -> (Option<Places>, Problems) {
     let document = match Document::parse(text) {
         Ok(document) => document,
         Err(error) => {
-            let at = offset(text, error.pos());
-            problems.push(Problem::error(
-                "urdf::not-xml",
-                format!("not XML: {error}"),
-                Span::new(file, at, at),
-                "",
-            ));
+            // A text that ends too early is wrong at its end; the parser has no place for that.
+            let is_cut_off = matches!(error, roxmltree::Error::UnexpectedEndOfStream);
+            let at = if is_cut_off {
+                text.trim_end().len()
+            } else {
+                offset(text, error.pos())
+            };
+            let help = if is_cut_off {
+                "the file may be cut off: copy or export it again"
+            } else {
+                "each `<tag>` has its `</tag>` or ends with `/>`, and values stand in quotes"
+            };
+            let message = format!("not XML: {error}");
+            problems.push(Problem::error("urdf::not-xml", message, Span::new(file, at, at), "").help(help));
             return (None, problems);
         }
     };
@@ -257,7 +267,12 @@ impl Look {
             format!("{N} numbers")
         };
         let message = format!("`{name}` must be {wanted}, not `{text}`");
-        self.error("urdf::bad-number", message, span, "");
+        let help = if N == 1 {
+            "write it with a point and without a unit, `0.25`"
+        } else {
+            "write them with points and blanks between them, `0 0 0.25`"
+        };
+        self.error("urdf::bad-number", message, span, help);
         None
     }
 
@@ -345,14 +360,33 @@ impl Look {
         }
     }
 
+    /// Complains about places that nobody means: those in millimetres, and angles in degrees.
+    fn is_plausible(&mut self, origin: Node<'_, '_>, name: &str, numbers: &[f64; 3]) {
+        let Some((_, span)) = self.attribute(origin, name) else {
+            return;
+        };
+        let most = numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        if name == "xyz" && most > LARGEST {
+            let message = format!("an origin is {most} m away from its link");
+            let help = format!("lengths are in metres: {most} mm are {}", most / 1000.0);
+            self.error("urdf::bad-size", message, span, &help);
+        } else if name == "rpy" && most > 4.0 * std::f64::consts::PI {
+            let message = format!("an origin is turned by {most} rad");
+            let help = format!("angles are in radians: {most} degrees are {:.4}", most.to_radians());
+            self.error("urdf::bad-number", message, span, &help);
+        }
+    }
+
     /// Judges `<origin xyz rpy>`; each part may be absent.
     fn origin(&mut self, node: Node<'_, '_>) {
         let Some(origin) = element(node, "origin") else {
             return;
         };
         for name in ["xyz", "rpy"] {
-            if origin.has_attribute(name) {
-                self.numbers::<3>(origin, name);
+            if origin.has_attribute(name)
+                && let Some(numbers) = self.numbers::<3>(origin, name)
+            {
+                self.is_plausible(origin, name, &numbers);
             }
         }
         if origin.has_attribute("quat_xyzw") {
@@ -415,6 +449,13 @@ impl Look {
         if extents.iter().any(|e| *e <= 0.0) || !(length > 0.0 || ball) {
             let message = format!("link `{link}` has a shape without extent");
             self.error("urdf::bad-size", message, span, "lengths are positive, in metres");
+            return;
+        }
+        let most = extents.iter().fold(length, |most, e| most.max(*e));
+        if most > LARGEST {
+            let message = format!("link `{link}` has a shape of {most} m");
+            let help = format!("lengths are in metres: {most} mm are {}", most / 1000.0);
+            self.error("urdf::bad-size", message, span, &help);
         }
     }
 
