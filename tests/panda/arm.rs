@@ -283,7 +283,6 @@ impl Space for Fast<'_> {
     fn all_free(&mut self, qs: &[f64]) -> bool {
         self.checker.all_free(qs)
     }
-
 }
 
 /// Spacing of the checks while a path is searched; what is found is checked again at the other one [rad].
