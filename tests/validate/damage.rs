@@ -568,6 +568,20 @@ pub fn schedules() -> Vec<Damage> {
             }),
         ),
         damage(
+            "a link that supplies nothing",
+            "link-reason",
+            none,
+            &["never sets `NONE.such`"],
+            right(|p| p.links.last_mut().unwrap().reasons = vec![LinkReason::Threat("NONE.such".into())]),
+        ),
+        damage(
+            "a link without a reason",
+            "link-reason",
+            none,
+            &["none is given"],
+            right(|p| p.links[0].reasons.clear()),
+        ),
+        damage(
             "a link against the order",
             "link-index",
             none,
