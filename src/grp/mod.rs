@@ -150,6 +150,16 @@ impl<'a> Grp<'a> {
         self.memory.ask(scene, prepared, states, self.seed, question, computed)
     }
 
+    /// Answers a fact or request by name about the current world state, and says why, with names and numbers; `None` where it makes
+    /// no sense for these entities. What it says is worked out anew.
+    pub fn explain(&self, name: &str, entities: &[EntityRef]) -> Option<(Value, String)> {
+        let question = Question::of(name, entities)?;
+        let state = self.states.last()?;
+        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question)?;
+        let why = facts::why(self.scene, &self.prepared, state, self.seed, question);
+        Some((Value::from(answer), why))
+    }
+
     /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
     /// not asked again where nothing that matters has moved.
     pub fn observe(&mut self, state: State) {
