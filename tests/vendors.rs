@@ -1,4 +1,5 @@
-//! Robots as their makers describe them: what loads, where their links are, and a Pick with each of five.
+//! Robots as their makers describe them: what loads, where their links are and that they stand on the floor, and a Pick with each of six.
+//! And a human whose description has Y up and visual meshes alone.
 //!
 //! The descriptions are the package `example-robot-data` (PyPI, 131 MB), which is no part of this one: the folder that holds it is
 //! named by ROS_PACKAGE_PATH. Without it these tests say that they were skipped. `.ci/run` installs it where it can.
@@ -6,10 +7,14 @@
 #![expect(clippy::unwrap_used, reason = "tests may unwrap")]
 #![expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+#[path = "world/lowest.rs"]
+mod lowest;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use lowest::lowest;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +27,7 @@ use sgap::source::{Files, Sources};
 use sgap::world::{self, World};
 
 const PACKAGE: &str = "example-robot-data";
-const ROBOTS: [&str; 5] = ["panda", "ur5", "pr2", "tiago_pro", "talos"];
+const ROBOTS: [&str; 6] = ["panda", "ur5", "pr2", "tiago", "tiago_pro", "talos"];
 
 /// Returns the folder that holds the package, or says that a test is skipped.
 fn packages() -> Option<PathBuf> {
@@ -189,6 +194,35 @@ fn links_are_where_pinocchio_puts_them() {
             }
         }
         assert!(compared >= 3 * tree.links.len() / 2, "{robot}: {compared}");
+    }
+}
+
+#[test]
+fn they_stand_on_the_floor() {
+    let Some(packages) = packages() else { return };
+    for robot in ROBOTS {
+        let (world, problems, sources) = load(&format!("tests/vendors/{robot}_pick.toml"), &packages, &[]);
+        let world = world.unwrap_or_else(|| panic!("{}", render::render(&problems, &sources, false)));
+        let lowest = lowest(&world, 0);
+        assert!(lowest.abs() < 0.02, "{robot} stands at {lowest}");
+    }
+}
+
+#[test]
+fn the_human_of_the_package_stands_sees_and_reaches() {
+    let Some(packages) = packages() else { return };
+    let path = "tests/vendors/human_sees.toml";
+    let (world, problems, sources) = load(path, &packages, &[]);
+    let world = world.unwrap_or_else(|| panic!("{}", render::render(&problems, &sources, false)));
+    let human = &world.scene.agents[0];
+    assert_eq!(human.tree.dofs.len(), 36);
+    assert!(human.bodies.iter().all(|b| matches!(b.shape, Shape::Hull(_))));
+    let lowest = lowest(&world, 0);
+    assert!(lowest.abs() < 0.005, "stands at {lowest}");
+    let facts = sgap(&packages, &["facts", path]);
+    let said = String::from_utf8_lossy(&facts.stdout).into_owned();
+    for fact in ["isReachable(CUP, H)", "isVisible(CUP, H)"] {
+        assert!(said.contains(fact), "{fact}:\n{said}");
     }
 }
 

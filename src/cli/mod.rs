@@ -165,6 +165,10 @@ enum Command {
   sgap new kitchen
   sgap plan kitchen/kitchen.hatp kitchen/kitchen.toml")]
     New(new::Options),
+    /// Print the JSON schema of plan documents
+    #[command(after_help = "Examples:
+  sgap schema > sgap-plan.schema.json")]
+    Schema,
     /// Print what a shell needs to complete this program's commands and options
     #[command(after_help = "Examples:
   sgap completions bash > ~/.local/share/bash-completion/completions/sgap
@@ -402,6 +406,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Reproduce(options) => reproduce::run(options),
         Command::Watch(options) => watch::run(options),
         Command::New(options) => new::run(options),
+        Command::Schema => output::print(&format!("{:#}\n", sgap::plan::schema())),
         Command::Completions { shell } => completions(*shell),
         Command::Man { command } => manual(command.as_deref()),
         Command::Lsp(options) => lsp::run(options),

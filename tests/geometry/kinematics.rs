@@ -45,6 +45,7 @@ fn read_tree(v: &Value) -> Tree {
         upper: d["upper"].as_f64().unwrap_or(f64::INFINITY),
         max_velocity: d["max_velocity"].as_f64().unwrap(),
         max_acceleration: 2.0,
+        max_jerk: 20.0,
     };
     Tree {
         links: v["links"].as_array().unwrap().iter().map(text).collect(),

@@ -22,6 +22,7 @@ fn dof(lower: f64, upper: f64) -> Dof {
         upper,
         max_velocity: 1.5,
         max_acceleration: 4.0,
+        max_jerk: 40.0,
     }
 }
 
@@ -166,6 +167,26 @@ fn assert_within_limits(dofs: &[Dof], timed: &Timed) {
         }
         if let (Some(v), Some(dt)) = (v.last(), dt.last()) {
             assert!((v / (0.5 * dt)).abs() <= dof.max_acceleration * (1.0 + 1e-6));
+        }
+        if n < 2 {
+            continue;
+        }
+        // Newton's divided differences, with two samples at rest beyond each end.
+        let (first, last) = (dt[0], dt[n - 2]);
+        let mut t = vec![times[0] - 2.0 * first, times[0] - first];
+        t.extend(times);
+        t.extend([times[n - 1] + last, times[n - 1] + 2.0 * last]);
+        let mut difference = vec![positions[0][j]; 2];
+        difference.extend(positions.iter().map(|q| q[j]));
+        difference.extend([positions[n - 1][j]; 2]);
+        for order in 1..=3 {
+            difference = (order..t.len())
+                .map(|k| (difference[k - order + 1] - difference[k - order]) / (t[k] - t[k - order]))
+                .collect();
+        }
+        for (k, d) in difference.iter().enumerate() {
+            let jerk = 6.0 * d;
+            assert!(jerk.abs() <= dof.max_jerk * (1.0 + 1e-6), "jerk {jerk} at {k} of {n}");
         }
     }
 }
@@ -512,6 +533,7 @@ fn limits_that_make_no_sense_give_finite_times() {
             Dof {
                 max_velocity: limit,
                 max_acceleration: limit,
+                max_jerk: limit,
                 ..dof(-2.0, 2.0)
             };
             2

@@ -161,7 +161,8 @@ impl ClosedForm {
     pub(super) fn candidates(&self, chain: &Chain, X_KT: &Pose, q: &[f64], scratch: &mut Scratch) -> usize {
         scratch.candidates.clear();
         scratch.miss = None;
-        if q.len() < chain.dofs().len() {
+        let n = chain.dofs().len();
+        if q.len() < n || self.solved.iter().any(|i| *i >= n) {
             return 0;
         }
         let Some((lines, X_KT_reference)) = self.lines(chain, q, scratch) else {
