@@ -311,7 +311,7 @@ impl<'a> Context<'a> {
                     .iter()
                     .map(|a| view.value(a, frame).unwrap_or_default())
                     .collect();
-                self.project(&projection.name, &args, geometry, progress)?;
+                self.project(projection, &args, geometry, progress)?;
                 let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
                 progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
                 let after = View {
@@ -481,13 +481,20 @@ impl<'a> Context<'a> {
     }
 
     /// Checks the geometric action's choices against its arguments, and plays its motions.
-    fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'a, '_>) -> Checked<()> {
-        let played = Played::new(self.domain, self.bodies, self.settings, name, args, geometry)?;
-        played.play(&mut progress.state, progress.verdict)?;
+    fn project(
+        &self,
+        projection: &ir::Projection,
+        args: &[Value],
+        geometry: &Geometry,
+        progress: &mut Progress<'a, '_>,
+    ) -> Checked<()> {
+        let played = Played::new(self.domain, self.bodies, self.settings, projection, args, geometry)?;
+        let states = played.play(&mut progress.state, progress.verdict)?;
         if let Some(object) = handling::in_the_air(self.bodies, &progress.state, self.start) {
             let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
             return Err(Fault::from(Kind::InTheAir { object }).at_time(end));
         }
+        played.demands(&states, progress.verdict)?;
         played.in_the_end(&progress.state, progress.verdict)
     }
 }
