@@ -6,10 +6,10 @@
     reason = "the platform's own functions are the independent opinion"
 )]
 
-#[path = "geometry/closed_form.rs"]
-mod closed_form;
 #[path = "geometry/checker.rs"]
 mod checker;
+#[path = "geometry/closed_form.rs"]
+mod closed_form;
 #[path = "geometry/collide.rs"]
 mod collide;
 #[path = "geometry/hull.rs"]
@@ -20,3 +20,5 @@ mod ik;
 mod kinematics;
 #[path = "geometry/motion.rs"]
 mod motion;
+#[path = "geometry/navigation.rs"]
+mod navigation;

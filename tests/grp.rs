@@ -16,6 +16,8 @@ mod facts;
 mod history;
 #[path = "grp/motions.rs"]
 mod motions;
+#[path = "grp/navigation.rs"]
+mod navigation;
 #[path = "grp/refusals.rs"]
 mod refusals;
 #[path = "grp/relations.rs"]

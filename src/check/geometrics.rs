@@ -153,7 +153,7 @@ impl<'c> Compiler<'c> {
         }
         if let Some(message) = beyond(&self.out) {
             let message = format!("geometric action `{}` {message}", self.source.name.text);
-            let help = "split it into actions with one arm, one object and one placement each";
+            let help = "split it into actions with one arm, one object and one placement each, or one way of a base";
             let problem = problems::not_supported(message, self.source.name.span, help);
             self.problems.push(problem);
             return None;
@@ -224,6 +224,10 @@ impl<'c> Compiler<'c> {
             ("points", [Argument::Choice(face)]) => ChoiceSet::Points(*face),
             ("centre", [Argument::Choice(face)]) => ChoiceSet::Centre(*face),
             ("angles", []) => ChoiceSet::Angles,
+            ("stands", [Argument::Param(agent), Argument::Param(entity)]) => ChoiceSet::Stands {
+                agent: *agent,
+                entity: *entity,
+            },
             (name, _) => unreachable!("geometrics: `{name}` has no meaning as a set of choices"),
         };
         self.add_choice(choice, Some(from));
@@ -297,7 +301,15 @@ impl<'c> Compiler<'c> {
         let mut when = when;
         if let Some((name, object)) = carried {
             match object {
-                Some(object) => when.push(Condition::Holds(space.arm(), object)),
+                Some(object) => match space.arm() {
+                    Some(arm) => when.push(Condition::Holds(arm, object)),
+                    None => self.problems.push(problems::bad_sub_action(
+                        "`with` is about what is in the hand of an arm".into(),
+                        name.span,
+                        "no arm moves",
+                        "leave it out: what is held goes along",
+                    )),
+                },
                 None => self.problems.push(problems::unknown_in_geometric(name, self.listed())),
             }
         }
@@ -384,8 +396,8 @@ impl<'c> Compiler<'c> {
         call: &ast::Call,
         when: &[Condition],
     ) {
-        let moves_fingers = matches!(space, Space::Gripper(_));
-        let is_of_fingers = matches!(target, Target::Open | Target::Closed(_));
+        let moving = Part::moved_by(space);
+        let ending = Part::ended_by(target);
         let what = &call.name.text;
         let problems = &mut *self.problems;
         let mut say = |message: String, label: &str, help: String| {
@@ -394,25 +406,19 @@ impl<'c> Compiler<'c> {
         };
         let out = &self.out;
         let choice_name = |choice: ChoiceId| out.choices.get(choice.index()).map_or("?", |c| c.name.as_str());
-        if moves_fingers != is_of_fingers {
-            let (parts, other) = if moves_fingers {
-                ("the fingers", "`open` or `closed`")
-            } else {
-                ("an arm", "`at`, `above`, `up` ...")
-            };
+        if moving != ending {
+            let (parts, other) = moving.words();
             say(
                 format!("`{what}` is no place where {parts} can end"),
                 "does not fit",
-                if moves_fingers {
-                    format!("fingers end at {other}")
-                } else {
-                    format!("an arm ends at {other}")
-                },
+                format!("what moves can end at {other}"),
             );
             return;
         }
-        if let Some(arm) = arm.filter(|a| *a != space.arm()) {
-            let (arm, moving) = (choice_name(arm), choice_name(space.arm()));
+        if let (Some(arm), Some(moving)) = (arm, space.arm())
+            && arm != moving
+        {
+            let (arm, moving) = (choice_name(arm), choice_name(moving));
             say(
                 format!("`{what}` is about `{arm}`, and `{moving}` moves"),
                 "of another arm",
@@ -420,8 +426,8 @@ impl<'c> Compiler<'c> {
             );
             return;
         }
-        if let Target::Placement { place, .. } = target
-            && !when.contains(&Condition::Holds(space.arm(), place.object))
+        if let (Target::Placement { place, .. }, Some(arm)) = (target, space.arm())
+            && !when.contains(&Condition::Holds(arm, place.object))
         {
             let object = out.params.get(place.object.index()).map_or("?", |p| p.name.as_str());
             say(
@@ -457,6 +463,8 @@ impl<'c> Compiler<'c> {
             ("arm", [Argument::Choice(arm)]) if source.is_straight => Space::ArmStraight(*arm),
             ("arm", [Argument::Choice(arm)]) => Space::Arm(*arm),
             ("gripper", [Argument::Choice(arm)]) => Space::Gripper(*arm),
+            ("body", [Argument::Param(agent)]) => Space::Body(*agent),
+            ("base", [Argument::Param(agent)]) => Space::Base(*agent),
             (name, _) => unreachable!("geometrics: `{name}` has no meaning as a search space"),
         };
         if source.is_straight && !matches!(space, Space::ArmStraight(_)) {
@@ -505,6 +513,8 @@ impl<'c> Compiler<'c> {
             ),
             ("up", [Argument::Choice(arm), ..]) => (Target::Up(length(1)), Some(*arm)),
             ("back", [Argument::Choice(arm), ..]) => (Target::Back(length(1)), Some(*arm)),
+            ("posture", [Argument::Param(_)]) => (Target::Posture, None),
+            ("at", [Argument::Choice(stand)]) => (Target::Stand(*stand), None),
             ("at", [Argument::Param(_), ..]) => (
                 Target::Placement {
                     place: self.place(call, &args)?,
@@ -587,7 +597,7 @@ impl<'c> Compiler<'c> {
             ("detach", [Argument::Param(object), Argument::Choice(arm)]) => (Change::Detach(*object), *arm),
             (name, _) => unreachable!("geometrics: `{name}` has no meaning as a change"),
         };
-        if let Some(moving) = space.map(Space::arm).filter(|moving| *moving != arm) {
+        if let Some(moving) = space.and_then(Space::arm).filter(|moving| *moving != arm) {
             let (arm, moving) = (self.choice_name(arm), self.choice_name(moving));
             self.problems.push(problems::bad_sub_action(
                 format!("`{}` is about `{arm}`, and `{moving}` moves", word.name),
@@ -864,8 +874,83 @@ enum Until {
     Fact(FactOf),
 }
 
+/// What moves in a sub-action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Arm,
+    Fingers,
+    Body,
+    Base,
+}
+
+impl Part {
+    fn moved_by(space: Space) -> Part {
+        match space {
+            Space::Arm(_) | Space::ArmStraight(_) => Part::Arm,
+            Space::Gripper(_) => Part::Fingers,
+            Space::Body(_) => Part::Body,
+            Space::Base(_) => Part::Base,
+        }
+    }
+
+    fn ended_by(target: Target) -> Part {
+        match target {
+            Target::Open | Target::Closed(_) => Part::Fingers,
+            Target::Grasp { .. } | Target::Up(_) | Target::Back(_) | Target::Placement { .. } => Part::Arm,
+            Target::Posture => Part::Body,
+            Target::Stand(_) => Part::Base,
+        }
+    }
+
+    /// How it is called, and where it can end.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Part::Arm => ("an arm", "`at`, `above`, `up` ..."),
+            Part::Fingers => ("the fingers", "`open` or `closed`"),
+            Part::Body => ("a body", "`posture`"),
+            Part::Base => ("a base", "`at(stand)`"),
+        }
+    }
+}
+
+/// Returns what an action that goes has besides.
+fn beyond_going(action: &Geometric) -> Option<String> {
+    let n_stands = action
+        .choices
+        .iter()
+        .filter(|c| matches!(c.from, ChoiceSet::Stands { .. }))
+        .count();
+    let n_ways = action
+        .sub_actions
+        .iter()
+        .filter(|s| matches!(s.space, Space::Base(_)))
+        .count();
+    let goer = action.goes().map(|(agent, _)| agent);
+    let is_going = |s: &SubAction| match s.space {
+        Space::Body(_) if !s.facts.is_empty() => false,
+        Space::Body(agent) | Space::Base(agent) => s.when.is_empty() && s.change.is_none() && Some(agent) == goer,
+        Space::Arm(_) | Space::ArmStraight(_) | Space::Gripper(_) => false,
+    };
+    let ends_with_it = action
+        .sub_actions
+        .last()
+        .is_some_and(|s| matches!(s.space, Space::Base(_)));
+    if !action.sub_actions.iter().all(is_going) {
+        return Some("goes somewhere and does something else".into());
+    }
+    if (n_stands, n_ways) != (1, 1) || !ends_with_it {
+        return Some(format!(
+            "has {n_stands} stands and {n_ways} ways to them, where the last sub-action is to be the only one"
+        ));
+    }
+    None
+}
+
 /// Returns what an action has that the solver can't do.
 fn beyond(action: &Geometric) -> Option<String> {
+    if action.goes().is_some() {
+        return beyond_going(action);
+    }
     let arms = action.choices.iter().filter(|c| matches!(c.from, ChoiceSet::Arms(_)));
     let n_arms = arms.count();
     if n_arms > 1 {

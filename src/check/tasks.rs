@@ -168,7 +168,8 @@ impl Walk<'_> {
         };
         for binding in &source.given {
             let name = &binding.name;
-            let free = |c: &&ir::geometric::Choice| !matches!(c.from, ChoiceSet::Centre(_));
+            // A middle is no choice; where an agent stands is not to be given yet.
+            let free = |c: &&ir::geometric::Choice| !matches!(c.from, ChoiceSet::Centre(_) | ChoiceSet::Stands { .. });
             let Some(at) = action.choices.iter().position(|c| c.name == name.text && free(&c)) else {
                 let known = action.choices.iter().filter(free).map(|c| c.name.as_str());
                 let problem = problems::unknown("hatp::unknown-choice", "choice", &name.text, name.span, known);
@@ -177,8 +178,13 @@ impl Walk<'_> {
             };
             let choice = ir::ChoiceId(at as u32);
             if given.contains(&choice) {
-                let first = source.given.iter().find(|b| b.name.text == name.text).map(|b| b.name.span);
-                self.problems.push(problems::duplicate("choice", &name.text, name.span, first));
+                let first = source
+                    .given
+                    .iter()
+                    .find(|b| b.name.text == name.text)
+                    .map(|b| b.name.span);
+                self.problems
+                    .push(problems::duplicate("choice", &name.text, name.span, first));
                 continue;
             }
             let value = &binding.value;
@@ -191,14 +197,15 @@ impl Walk<'_> {
                     args.push(self.number(value));
                     given.push(choice);
                 }
-                ChoiceSet::Points(_) | ChoiceSet::Centre(_) => match &value.kind {
+                ChoiceSet::Points(_) | ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => match &value.kind {
                     ast::ExprKind::Pair(x, y) => {
                         args.extend([self.number(x), self.number(y)]);
                         given.extend([choice, choice]);
                     }
                     _ => {
                         let problem = problems::wrong_type(value.span, "a point `(x, y)`", "one value");
-                        self.problems.push(problem.help("write both in parentheses, in metres: `xy = (0.1, 0)`"));
+                        self.problems
+                            .push(problem.help("write both in parentheses, in metres: `xy = (0.1, 0)`"));
                     }
                 },
             }

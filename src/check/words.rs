@@ -24,6 +24,7 @@ pub(super) enum Thing {
     Orientation,
     Point,
     Angle,
+    Stand,
     /// [m]
     Length,
 }
@@ -38,6 +39,7 @@ impl Thing {
             ChoiceSet::Stable(_) => Thing::Orientation,
             ChoiceSet::Points(_) | ChoiceSet::Centre(_) => Thing::Point,
             ChoiceSet::Angles => Thing::Angle,
+            ChoiceSet::Stands { .. } => Thing::Stand,
         }
     }
 
@@ -53,6 +55,7 @@ impl Thing {
             | Thing::Orientation
             | Thing::Point
             | Thing::Angle
+            | Thing::Stand
             | Thing::Length => self == wanted,
         }
     }
@@ -68,6 +71,7 @@ impl Thing {
             Thing::Orientation => "a stable orientation",
             Thing::Point => "a point of a face",
             Thing::Angle => "an angle",
+            Thing::Stand => "a stand",
             Thing::Length => "a distance",
         }
     }
@@ -83,6 +87,7 @@ impl Thing {
             Thing::Orientation => "side",
             Thing::Point => "xy",
             Thing::Angle => "yaw",
+            Thing::Stand => "stand",
             Thing::Length => "0.10",
         }
     }
@@ -109,6 +114,7 @@ pub(super) const CHOICES: &[Word] = &[
     word("points", &[Thing::Face], 1),
     word("centre", &[Thing::Face], 1),
     word("angles", &[], 0),
+    word("stands", &[Thing::Agent, Thing::Entity], 2),
 ];
 
 /// Behind `when`, beside facts.
@@ -118,7 +124,12 @@ pub(super) const CONDITIONS: &[Word] = &[
 ];
 
 /// Behind `moving`.
-pub(super) const SPACES: &[Word] = &[word("arm", &[Thing::Arm], 1), word("gripper", &[Thing::Arm], 1)];
+pub(super) const SPACES: &[Word] = &[
+    word("arm", &[Thing::Arm], 1),
+    word("gripper", &[Thing::Arm], 1),
+    word("body", &[Thing::Agent], 1),
+    word("base", &[Thing::Agent], 1),
+];
 
 const PLACE: &[Thing] = &[
     Thing::Object,
@@ -146,6 +157,8 @@ pub(super) const TARGETS: &[Word] = &[
     word("above", ABOVE, 5),
     word("up", &[Thing::Arm, Thing::Length], 1),
     word("back", &[Thing::Arm, Thing::Length], 1),
+    word("posture", &[Thing::Agent], 1),
+    word("at", &[Thing::Stand], 1),
 ];
 
 /// Behind `then`.

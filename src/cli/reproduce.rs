@@ -37,6 +37,9 @@ pub(super) enum Name {
     /// Three objects within a human's reach, by branching factor (S1)
     #[value(name = "4.3")]
     T4_3,
+    /// A cluttered table, without the request virtualPlace and with it (S3)
+    #[value(name = "4.4")]
+    T4_4,
     /// Place, PlaceR and PlaceRC where a later object hides an earlier one (S4)
     #[value(name = "4.4.2")]
     T4_4_2,

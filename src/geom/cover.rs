@@ -31,8 +31,21 @@ pub struct Form {
     solid: Solid,
     whole: Ball,
     balls: Vec<Ball>,
+    /// The same balls, side by side.
+    groups: Vec<Group>,
     excess: f64,
 }
+
+/// Balls side by side: coordinates of the centres, radii, radii within.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Group {
+    pub p: [[f64; GROUP]; 3],
+    pub radius: [f64; GROUP],
+    pub within: [f64; GROUP],
+}
+
+/// So many balls are tested at a time.
+pub(super) const GROUP: usize = 8;
 
 impl Form {
     /// Makes the cover of a solid.
@@ -57,9 +70,11 @@ impl Form {
         }
         // HEURISTIC: the ball that is farthest too large stands for how coarse a cover is.
         let excess = balls.iter().map(|b| b.radius - b.within.max(0.0)).fold(0.0, f64::max);
+        let balls: Vec<Ball> = balls.into_iter().map(|b| grown(b, round)).collect();
         Form {
             whole: grown(whole, round),
-            balls: balls.into_iter().map(|b| grown(b, round)).collect(),
+            groups: balls.chunks(GROUP).map(group).collect(),
+            balls,
             excess,
             solid,
         }
@@ -80,6 +95,11 @@ impl Form {
         &self.balls
     }
 
+    /// The balls of [`Form::balls`], eight by eight.
+    pub(super) fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
     /// Returns by how much the balls may be too large, at most [m].
     pub fn excess(&self) -> f64 {
         self.excess
@@ -94,6 +114,16 @@ impl Form {
 
 fn ball(centre: Vec3, radius: f64, within: f64) -> Ball {
     Ball { centre, radius, within }
+}
+
+/// Puts up to eight balls side by side; the last one stands for those that are missing.
+fn group(balls: &[Ball]) -> Group {
+    let each = |f: &dyn Fn(&Ball) -> f64| std::array::from_fn(|i| balls.get(i).or(balls.last()).map_or(0.0, f));
+    Group {
+        p: std::array::from_fn(|axis| each(&|b: &Ball| b.centre[axis])),
+        radius: each(&|b: &Ball| b.radius),
+        within: each(&|b: &Ball| b.within),
+    }
 }
 
 /// The ball of a core, for the core with a ball of radius `round` added.

@@ -58,9 +58,8 @@ const METRES_PER_RADIAN: f64 = 0.3;
 const NEAR: f64 = 0.02;
 /// Solutions are distinct where a joint differs by more than this [rad] or [m].
 const DISTINCT: f64 = 0.05;
-
-/// A round of a closed form that finds nothing costs a tenth of a numeric try: so many are made for each try.
-const ROUNDS_PER_TRY: u32 = 2;
+/// HEURISTIC: values of the held joints for each try. One that has no solution costs a tenth of a numeric try, and a third of the values has one.
+const ROUNDS_PER_TRY: u32 = 4;
 
 /// Returns a configuration, in chain order, that brings the tool to `target` within the tolerances and that `accept` takes.
 ///
@@ -162,13 +161,15 @@ fn search(
         if tries.no_ik.rejected > before {
             return Err(tries.no_ik);
         }
-        // Nothing was found. Six joints have no other solutions: one try says how far the target is. Of a redundant arm the values
-        // that were held may have been the wrong ones: what missed the limits by least is a good start.
+        // Nothing was found. Six joints have no other solutions, or nearly so where two of them turn about one line: few tries say
+        // how far the target is. Of a redundant arm the values that were held may have been the wrong ones. What missed
+        // the limits by least is a good start.
         tries.left = if is_redundant {
-            settings.restarts.saturating_add(1)
+            settings.restarts
         } else {
-            1
-        };
+            settings.restarts.min(3)
+        }
+        .saturating_add(1);
         misses.sort_by(|a, b| a.0.total_cmp(&b.0));
         misses.push((f64::INFINITY, search.seed.clone()));
         for (_, miss) in misses {

@@ -275,10 +275,6 @@ impl Chain {
         self.turns.get(i).copied().flatten()
     }
 
-    #[doc(hidden)]
-    pub fn closed(&self) -> Option<String> {
-        self.closed_form.as_ref().map(|c| format!("{c:?}"))
-    }
     /// Returns how its inverse kinematics is solved in closed form, where it is.
     pub fn closed_form(&self) -> Option<&ClosedForm> {
         self.closed_form.as_ref()

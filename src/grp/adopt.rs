@@ -8,7 +8,7 @@
 use super::Grp;
 use super::description::Description;
 use crate::engine::{Call, GasNum, GasRef, Projection};
-use crate::geom::Pose;
+use crate::geom::{Pose, Vec3};
 use crate::ir::Domain;
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, SubAction};
 use crate::world::{Arm, Held, State};
@@ -92,6 +92,10 @@ impl Grp<'_> {
 
     /// Returns the world state that the motions lead to, or a sentence that says why they don't fit.
     fn end_of(&self, domain: &Domain, call: &Call<'_>, known: &Geometry, start: &State) -> Result<State, String> {
+        let action = super::geometric(domain, call)?;
+        if action.goes().is_some() {
+            return self.end_of_journey(domain, call, known, start);
+        }
         let description = self.description(domain, call)?;
         let Description { agent, object, .. } = description;
         let (body, thing) = (&self.scene.agents[agent], &self.scene.objects[object]);
@@ -121,6 +125,54 @@ impl Grp<'_> {
         Ok(state)
     }
 
+    /// The same for an action that goes.
+    fn end_of_journey(
+        &self,
+        domain: &Domain,
+        call: &Call<'_>,
+        known: &Geometry,
+        start: &State,
+    ) -> Result<State, String> {
+        let action = super::geometric(domain, call)?;
+        let (agent, target) = super::navigate::goer(self.scene, domain, action, call.args)?;
+        for (what, wanted, is) in [
+            ("action", action.name.as_str(), &known.action),
+            ("agent", &self.scene.agents[agent].id, &known.agent),
+            ("target", self.scene.id(target), &known.object),
+        ] {
+            if wanted != is {
+                return Err(format!("the {what} of the earlier plan's motions is {is}"));
+            }
+        }
+        let mut state = start.clone();
+        for sub in &known.sub_actions {
+            let (Some(first), Some(last)) = (sub.trajectory.positions.first(), sub.trajectory.positions.last()) else {
+                return Err(format!("`{}` has no motion", sub.name));
+            };
+            let joints = &sub.trajectory.joints;
+            if first.len() != joints.len() || last.len() != joints.len() {
+                return Err(format!("`{}` has no value for each of its joints", sub.name));
+            }
+            let mut X_WB = state.agents[agent].X_WB;
+            if sub.motion == Motion::Base {
+                let at = |row: &[f64]| match row {
+                    [x, y, yaw] => Ok(Pose::new(Vec3::new(*x, *y, X_WB.translation.z), Vec3::z() * *yaw)),
+                    _ => Err(format!("`{}` has no x, y and yaw", sub.name)),
+                };
+                let off = at(first)?.inverse() * X_WB;
+                let is_there = off.translation.vector.norm() <= START && off.rotation.angle() <= START;
+                if !is_there {
+                    return Err(format!("`{}` does not begin where the base is", sub.name));
+                }
+                X_WB = at(last)?;
+            } else {
+                self.move_joints(sub, agent, first, last, &mut state)?;
+            }
+            state = super::navigate::moved(self.scene, &state, agent, &X_WB);
+        }
+        Ok(state)
+    }
+
     /// Changes the state to that at the end of a sub-action.
     fn play(
         &self,
@@ -138,20 +190,7 @@ impl Grp<'_> {
         if first.len() != joints.len() || last.len() != joints.len() {
             return Err(format!("`{}` has no value for each of its joints", sub.name));
         }
-        for ((joint, from), to) in joints.iter().zip(first).zip(last) {
-            let dof = body.tree.dofs.iter().position(|d| d.name == *joint);
-            let dof = dof.ok_or_else(|| format!("{} has no joint `{joint}`", body.id))?;
-            let now = &mut state.agents[agent].q[dof];
-            // What is no number is not where the world is either.
-            let is_there = (*now - from).abs() <= START;
-            if !is_there {
-                return Err(format!(
-                    "`{}` begins with `{joint}` at {from:.4}, and it is at {now:.4}",
-                    sub.name
-                ));
-            }
-            *now = *to;
-        }
+        self.move_joints(sub, agent, first, last, state)?;
         let X_WT = self.tool(agent, &body.arms[arm], state);
         if sub.motion != Motion::Gripper {
             for object in &mut state.objects {
@@ -183,6 +222,34 @@ impl Grp<'_> {
             about.X_WO = X_WO;
         }
         about.held = held;
+        Ok(())
+    }
+
+    /// Moves the joints of a trajectory to its end.
+    fn move_joints(
+        &self,
+        sub: &SubAction,
+        agent: usize,
+        first: &[f64],
+        last: &[f64],
+        state: &mut State,
+    ) -> Result<(), String> {
+        let body = &self.scene.agents[agent];
+        let joints = &sub.trajectory.joints;
+        for ((joint, from), to) in joints.iter().zip(first).zip(last) {
+            let dof = body.tree.dofs.iter().position(|d| d.name == *joint);
+            let dof = dof.ok_or_else(|| format!("{} has no joint `{joint}`", body.id))?;
+            let now = &mut state.agents[agent].q[dof];
+            // What is no number is not where the world is either.
+            let is_there = (*now - from).abs() <= START;
+            if !is_there {
+                return Err(format!(
+                    "`{}` begins with `{joint}` at {from:.4}, and it is at {now:.4}",
+                    sub.name
+                ));
+            }
+            *now = *to;
+        }
         Ok(())
     }
 

@@ -1,11 +1,15 @@
 //! The joint space of one arm in a world state: which of its configurations are free.
 //!
-//! Only what the arm moves is recomputed for each configuration: its links, its fingers, what it holds.
+//! Says who has to keep away from whom and by how much; [`Checker`] does the rest.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
-use super::prepared::{Owner, Placed, Prepared, link_poses, overlap, place_all};
+use std::sync::Arc;
+
+use super::prepared::{MARGIN, Owner, Part, Prepared, SELF_MARGIN, link_poses, place_all};
 use crate::geom::Pose;
-use crate::geom::collide::Solid;
+use crate::geom::checker::{Body, Checker, Item, Obstacle};
+use crate::geom::collide::within;
+use crate::geom::cover::Form;
 use crate::geom::kinematics::Dof;
 use crate::geom::motion::Space;
 use crate::world::{Scene, State};
@@ -19,20 +23,44 @@ pub(super) enum Clearance {
     Contact,
 }
 
-/// A moving body: a link of the arm, or a part of the held object.
-struct Moving<'a> {
+/// What a moving body is: a link of the arm, or a part of the held object, which is there twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Link,
+    /// As it is: keeps its margin.
+    Held,
+    /// Shrunk a little: may rest on something.
+    Resting,
+}
+
+/// Who a moving body is.
+#[derive(Debug, Clone, Copy)]
+struct Mover {
     owner: Owner,
-    /// Link whose pose carries it.
-    link: usize,
-    /// Against the rest of the world, and against the agent itself.
-    solid: &'a Solid,
-    self_solid: &'a Solid,
-    exact: &'a Solid,
-    /// Pose of its shape in that link's frame.
-    X_LS: Pose,
-    /// Indices of obstacles that it already comes near to at the start: for these the exact shape is tested.
-    near_at_start: Vec<usize>,
+    kind: Kind,
     is_hand: bool,
+    /// How far from the shoulder it can come [m].
+    sweep: f64,
+}
+
+/// A body of the hand, or of what it holds, seen from the tip.
+#[derive(Debug)]
+struct InHand {
+    owner: Owner,
+    is_hand: bool,
+    link: usize,
+    X_LS: Pose,
+    form: Arc<Form>,
+    sweep: f64,
+}
+
+/// What was hit last.
+#[derive(Debug)]
+enum Last {
+    Nothing,
+    /// At one of these configurations.
+    At(Vec<f64>),
+    By(Owner, Owner),
 }
 
 /// Checks configurations of one arm against everything.
@@ -41,21 +69,27 @@ pub(super) struct ArmSpace<'a> {
     prepared: &'a Prepared,
     agent: usize,
     arm: usize,
-    /// Full configuration of the agent; the arm's entries are overwritten by each check.
+    /// Full configuration of the agent.
     q: Vec<f64>,
     X_WL: Vec<Pose>,
-    moving: Vec<Moving<'a>>,
-    obstacles: Vec<Placed<'a>>,
-    /// Pairs of `moving` that may collide with each other.
-    inner_pairs: Vec<(usize, usize)>,
-    /// Obstacle by obstacle, whether the moving bodies have to avoid it, by (moving, obstacle).
-    pairs: Vec<(usize, usize)>,
+    checker: Checker,
+    /// By item of the checker.
+    movers: Vec<Mover>,
+    others: Vec<Other>,
+    in_hand: Vec<InHand>,
     /// The object that the hand may touch.
     handled: Option<usize>,
-    /// The last collision found.
-    pub hit: Option<(Owner, Owner)>,
+    last: Last,
     /// Configurations checked.
     pub checks: u64,
+}
+
+/// What stands in the way of the arm.
+#[derive(Debug, Clone, Copy)]
+struct Other {
+    owner: Owner,
+    /// How near it is to the shoulder [m].
+    apart: f64,
 }
 
 impl<'a> ArmSpace<'a> {
@@ -69,173 +103,158 @@ impl<'a> ArmSpace<'a> {
         handled: Option<usize>,
         clearance: Clearance,
     ) -> Self {
-        let (body, ready) = (&scene.agents[agent], &prepared.agents[agent]);
-        let moved = &ready.arms[arm].moved;
-        let held: Vec<usize> = (0..state.objects.len())
-            .filter(|o| {
-                state.objects[*o]
-                    .held
-                    .as_ref()
-                    .is_some_and(|h| h.agent == agent && h.arm == arm)
-            })
-            .collect();
-        let X_WL_all = link_poses(scene, state);
-        let is_moving = |owner: Owner| match owner {
-            Owner::Link { agent: a, link } => a == agent && moved.contains(&link),
-            Owner::Object(o) => held.contains(&o),
+        let (body, ready) = (&scene.agents[agent], &prepared.agents[agent].arms[arm]);
+        let handled = if clearance == Clearance::Contact { handled } else { None };
+        let mut X_WL_all = link_poses(scene, state);
+        let p_WShoulder = X_WL_all[agent][ready.shoulder_link].translation.vector;
+        let is_hand = |link: usize| body.arms[arm].hand_links.contains(&link);
+        // What the arm moves stays within a sphere about the shoulder.
+        let sweep = |link: usize, X_LS: &Pose, form: &Form| {
+            ready.link_reach[link] + X_LS.translation.vector.norm() + form.solid().radius() + MARGIN
         };
-        let obstacles = place_all(prepared, state, &X_WL_all, &is_moving);
-        let mut moving = Vec::new();
-        for part in ready.parts.iter().filter(|p| moved.contains(&p.link)) {
-            let margin = clearance == Clearance::Margin;
-            moving.push(Moving {
-                owner: Owner::Link { agent, link: part.link },
-                link: part.link,
-                solid: if margin { &part.padded } else { &part.exact },
-                self_solid: &part.self_padded,
-                exact: &part.exact,
-                X_LS: part.X_FS,
-                near_at_start: Vec::new(),
-                is_hand: body.arms[arm].hand_links.contains(&part.link),
+        let mut movers = Vec::new();
+        let mut in_hand = Vec::new();
+        for part in ready.rig.bodies() {
+            let owner = Owner::Link { agent, link: part.link };
+            let (is_hand, sweep) = (is_hand(part.link), sweep(part.link, &part.X_LS, &part.form));
+            movers.push(Mover {
+                owner,
+                kind: Kind::Link,
+                is_hand,
+                sweep,
             });
-        }
-        for object in &held {
-            let Some(held) = &state.objects[*object].held else {
-                continue;
-            };
-            let X_LO = body.arms[arm].X_LT * held.X_TO;
-            for part in &prepared.objects[*object] {
-                let margin = clearance == Clearance::Margin;
-                moving.push(Moving {
-                    owner: Owner::Object(*object),
-                    link: body.arms[arm].tip_link,
-                    solid: if margin { &part.padded } else { &part.resting },
-                    self_solid: &part.self_padded,
-                    exact: &part.resting,
-                    X_LS: X_LO * part.X_FS,
-                    near_at_start: Vec::new(),
-                    is_hand: false,
+            if is_hand {
+                in_hand.push(InHand {
+                    owner,
+                    is_hand,
+                    link: part.link,
+                    X_LS: part.X_LS,
+                    form: Arc::clone(&part.form),
+                    sweep,
                 });
             }
         }
-        let mut space = ArmSpace {
+        let mut carried = Vec::new();
+        let tip_link = body.arms[arm].tip_link;
+        for (object, part, X_LO) in held_parts(scene, prepared, state, agent, arm) {
+            let X_LS = X_LO * part.X_FS;
+            let sweep = sweep(tip_link, &X_LS, &part.form);
+            for (kind, form) in [(Kind::Held, &part.form), (Kind::Resting, &part.resting)] {
+                carried.push(Body {
+                    link: tip_link,
+                    X_LS,
+                    form: Arc::clone(form),
+                });
+                movers.push(Mover {
+                    owner: Owner::Object(object),
+                    kind,
+                    is_hand: false,
+                    sweep,
+                });
+            }
+            in_hand.push(InHand {
+                owner: Owner::Object(object),
+                is_hand: false,
+                link: tip_link,
+                X_LS,
+                form: Arc::clone(&part.resting),
+                sweep,
+            });
+        }
+        let is_moving = |owner: Owner| match owner {
+            Owner::Link { agent: a, link } => a == agent && ready.rig.moves(link),
+            Owner::Object(o) => movers.iter().any(|m| m.owner == Owner::Object(o)),
+        };
+        let farthest = movers.iter().map(|m| m.sweep).fold(0.0, f64::max);
+        let (mut others, mut obstacles) = (Vec::new(), Vec::new());
+        for placed in place_all(prepared, state, &X_WL_all, &is_moving) {
+            let apart = (placed.X_WS.translation.vector - p_WShoulder).norm() - placed.solid.radius();
+            if apart <= farthest {
+                others.push(Other {
+                    owner: placed.owner,
+                    apart,
+                });
+                obstacles.push(Obstacle {
+                    X_WS: placed.X_WS,
+                    form: Arc::clone(placed.form),
+                });
+            }
+        }
+        let may_touch = &body.may_touch;
+        let margin = |a: Item, b: Item| {
+            let Item::Body(a) = a else { return None };
+            let a = &movers[a];
+            match b {
+                Item::Body(b) => own_margin(a, &movers[b], may_touch),
+                Item::Obstacle(b) => other_margin(a, &others[b], agent, may_touch, handled, clearance),
+            }
+        };
+        let X_WL = X_WL_all.swap_remove(agent);
+        let q = state.agents[agent].q.clone();
+        let mut checker = Checker::new(&ready.rig, &X_WL, &q, &carried, &obstacles, &margin);
+        // Where a body is within the margin already at the start, the motion may leave: the exact shape is tested there.
+        let start: Vec<f64> = ready.chain.dof_indices().iter().map(|d| q[*d]).collect();
+        let near = if clearance == Clearance::Margin { MARGIN } else { 0.0 };
+        for (a, b) in checker.near(&start, near) {
+            let (Item::Body(i), Item::Obstacle(j)) = (a, b) else {
+                continue;
+            };
+            match movers[i].kind {
+                Kind::Link => checker.set_margin(a, b, Some(0.0)),
+                Kind::Resting => {}
+                Kind::Held => {
+                    let resting = &carried[i - ready.rig.bodies().len() + 1];
+                    let X_WS = X_WL[resting.link] * resting.X_LS;
+                    let other = &obstacles[j];
+                    if clearance == Clearance::Margin
+                        || within(resting.form.solid(), &X_WS, other.form.solid(), &other.X_WS, 0.0)
+                    {
+                        checker.set_margin(a, b, None);
+                        checker.set_margin(Item::Body(i + 1), b, Some(0.0));
+                    }
+                }
+            }
+        }
+        ArmSpace {
             scene,
             prepared,
             agent,
             arm,
-            q: state.agents[agent].q.clone(),
-            X_WL: X_WL_all[agent].clone(),
-            moving,
-            obstacles,
-            inner_pairs: Vec::new(),
-            pairs: Vec::new(),
-            handled: if clearance == Clearance::Contact { handled } else { None },
-            hit: None,
+            q,
+            X_WL,
+            checker,
+            movers,
+            others,
+            in_hand,
+            handled,
+            last: Last::Nothing,
             checks: 0,
-        };
-        space.choose_pairs();
-        space.tolerate_start();
-        space
-    }
-
-    /// Lists the pairs that must not overlap.
-    fn choose_pairs(&mut self) {
-        let may_touch = &self.scene.agents[self.agent].may_touch;
-        let allowed = |a: &Moving<'_>, b: Owner, b_is_hand: bool| match (a.owner, b) {
-            (Owner::Link { link: l, .. }, Owner::Link { agent, link: m }) => {
-                agent == self.agent && (l == m || may_touch.contains(&(l.min(m), l.max(m))))
-            }
-            // The holder's hand touches what it holds; the hand may come to what it is going to take.
-            (Owner::Object(_), Owner::Link { agent, .. }) => agent == self.agent && b_is_hand,
-            (Owner::Link { .. }, Owner::Object(o)) => a.is_hand && self.handled == Some(o),
-            (Owner::Object(o), Owner::Object(p)) => o == p,
-        };
-        let arm = &self.prepared.agents[self.agent].arms[self.arm];
-        // What the arm moves stays within a sphere about the shoulder.
-        let p_WShoulder = self.X_WL[arm.shoulder_link].translation.vector;
-        for (i, a) in self.moving.iter().enumerate() {
-            let sweep =
-                arm.link_reach[a.link] + a.X_LS.translation.vector.norm() + a.solid.radius().max(a.self_solid.radius());
-            for (j, b) in self.moving.iter().enumerate().skip(i + 1) {
-                let held_in_hand = matches!(b.owner, Owner::Object(_)) && a.is_hand;
-                if !held_in_hand && !allowed(a, b.owner, b.is_hand) {
-                    self.inner_pairs.push((i, j));
-                }
-            }
-            for (j, b) in self.obstacles.iter().enumerate() {
-                let apart = (b.X_WS.translation.vector - p_WShoulder).norm() - b.solid.radius();
-                if apart <= sweep && !allowed(a, b.owner, false) {
-                    self.pairs.push((i, j));
-                }
-            }
-        }
-    }
-
-    /// Where a body is within the margin already at the start, the motion may leave: the exact shape is tested there.
-    fn tolerate_start(&mut self) {
-        for (i, j) in &self.pairs {
-            let a = &self.moving[*i];
-            let X_WA = self.X_WL[a.link] * a.X_LS;
-            if overlap(a.solid, &X_WA, self.obstacles[*j].solid, &self.obstacles[*j].X_WS) {
-                self.moving[*i].near_at_start.push(*j);
-            }
         }
     }
 
     /// Returns the arm's configuration in the state that the space was made for.
     pub(super) fn start(&self) -> Vec<f64> {
-        self.prepared.agents[self.agent].arms[self.arm]
-            .chain
-            .dof_indices()
-            .iter()
-            .map(|d| self.q[*d])
-            .collect()
+        let dofs = self.prepared.agents[self.agent].arms[self.arm].chain.dof_indices();
+        dofs.iter().map(|d| self.q[*d]).collect()
     }
 
     /// Sets other joints of the agent (fingers).
     pub(super) fn set_dofs(&mut self, dofs: &[usize], values: &[f64]) {
         for (dof, value) in dofs.iter().zip(values) {
             self.q[*dof] = *value;
+            self.checker.set_rest(*dof, *value);
         }
+        let arm = &self.prepared.agents[self.agent].arms[self.arm];
+        let tree = &self.scene.agents[self.agent].tree;
+        tree.update_links(&arm.moved, &self.q, &mut self.X_WL);
     }
 
-    /// Says whether the arm is free at `q` (chain order); else remembers what hit what in `hit`.
+    /// Says whether the arm is free at `q` (chain order).
     pub(super) fn check(&mut self, q: &[f64]) -> bool {
         self.checks += 1;
-        let arm = &self.prepared.agents[self.agent].arms[self.arm];
-        for (dof, value) in arm.chain.dof_indices().iter().zip(q) {
-            self.q[*dof] = *value;
-        }
-        self.scene.agents[self.agent]
-            .tree
-            .update_links(&arm.moved, &self.q, &mut self.X_WL);
-        self.hit = self.first_hit();
-        self.hit.is_none()
-    }
-
-    fn first_hit(&self) -> Option<(Owner, Owner)> {
-        let placed: Vec<Pose> = self.moving.iter().map(|m| self.X_WL[m.link] * m.X_LS).collect();
-        for (i, j) in &self.pairs {
-            let (a, b) = (&self.moving[*i], &self.obstacles[*j]);
-            let own = matches!(b.owner, Owner::Link { agent, .. } if agent == self.agent);
-            let solid = if a.near_at_start.contains(j) {
-                a.exact
-            } else if own {
-                a.self_solid
-            } else {
-                a.solid
-            };
-            if overlap(solid, &placed[*i], b.solid, &b.X_WS) {
-                return Some((a.owner, b.owner));
-            }
-        }
-        for (i, j) in &self.inner_pairs {
-            let (a, b) = (&self.moving[*i], &self.moving[*j]);
-            if overlap(a.self_solid, &placed[*i], b.exact, &placed[*j]) {
-                return Some((a.owner, b.owner));
-            }
-        }
-        None
+        let free = self.checker.is_free(q);
+        self.last = if free { Last::Nothing } else { Last::At(q.to_vec()) };
+        free
     }
 
     /// Says whether the hand alone, with its tool at `X_WT` and its fingers as they are, is free; a cheap test before any
@@ -245,15 +264,19 @@ impl<'a> ArmSpace<'a> {
         // Links of the hand keep their places relative to the tip while only the arm's joints differ.
         let X_WTip = X_WT * arm.X_LT.inverse();
         let X_TipW = self.X_WL[arm.tip_link].inverse();
-        for (i, j) in &self.pairs {
-            let (a, b) = (&self.moving[*i], &self.obstacles[*j]);
-            let own = matches!(b.owner, Owner::Link { agent, .. } if agent == self.agent);
-            if own || !(a.is_hand || matches!(a.owner, Owner::Object(_))) {
-                continue;
-            }
-            let X_WA = X_WTip * (X_TipW * self.X_WL[a.link] * a.X_LS);
-            if overlap(a.exact, &X_WA, b.solid, &b.X_WS) {
-                self.hit = Some((a.owner, b.owner));
+        for body in &self.in_hand {
+            let X_WS = X_WTip * (X_TipW * self.X_WL[body.link] * body.X_LS);
+            let counts = |item: Item| match item {
+                Item::Body(_) => false,
+                Item::Obstacle(j) => {
+                    let other = &self.others[j];
+                    let own = matches!(other.owner, Owner::Link { agent, .. } if agent == self.agent);
+                    let may = body.is_hand && self.handled.map(Owner::Object) == Some(other.owner);
+                    !own && !may && other.apart <= body.sweep
+                }
+            };
+            if let Some(Item::Obstacle(j)) = self.checker.touched(&body.form, &X_WS, &counts) {
+                self.last = Last::By(body.owner, self.others[j].owner);
                 return false;
             }
         }
@@ -262,7 +285,92 @@ impl<'a> ArmSpace<'a> {
 
     /// Returns the names of the last collision's bodies.
     pub(super) fn hit_names(&self) -> Option<(String, String)> {
-        self.hit.map(|(a, b)| (a.name(self.scene), b.name(self.scene)))
+        let (a, b) = self.hit()?;
+        Some((a.name(self.scene), b.name(self.scene)))
+    }
+
+    /// Returns the bodies of the last collision.
+    pub(super) fn hit(&self) -> Option<(Owner, Owner)> {
+        let owner = |item: Item| match item {
+            Item::Body(i) => self.movers[i].owner,
+            Item::Obstacle(j) => self.others[j].owner,
+        };
+        match &self.last {
+            Last::Nothing => None,
+            Last::By(a, b) => Some((*a, *b)),
+            Last::At(qs) => {
+                let mut each = qs.chunks(self.dofs().len().max(1));
+                let (a, b) = each.find_map(|q| self.checker.first_hit(q))?;
+                Some((owner(a), owner(b)))
+            }
+        }
+    }
+}
+
+/// Returns the parts of what the arm holds, with the pose of their object in the tip link's frame.
+fn held_parts<'a>(
+    scene: &Scene,
+    prepared: &'a Prepared,
+    state: &State,
+    agent: usize,
+    arm: usize,
+) -> Vec<(usize, &'a Part, Pose)> {
+    let X_LT = scene.agents[agent].arms[arm].X_LT;
+    let mut parts = Vec::new();
+    for (object, stands) in state.objects.iter().enumerate() {
+        if let Some(held) = stands.held.as_ref().filter(|h| h.agent == agent && h.arm == arm) {
+            let X_LO = X_LT * held.X_TO;
+            parts.extend(prepared.objects[object].iter().map(|part| (object, part, X_LO)));
+        }
+    }
+    parts
+}
+
+/// How far two moving bodies have to keep apart; the first is padded, the second may rest.
+fn own_margin(a: &Mover, b: &Mover, may_touch: &std::collections::BTreeSet<(usize, usize)>) -> Option<f64> {
+    let kinds = a.kind != Kind::Resting && b.kind != Kind::Held;
+    let apart = match (a.owner, b.owner) {
+        (Owner::Link { link: l, .. }, Owner::Link { link: m, .. }) => {
+            l != m && !may_touch.contains(&(l.min(m), l.max(m)))
+        }
+        // The hand touches what it holds.
+        (Owner::Link { .. }, Owner::Object(_)) => !a.is_hand,
+        (Owner::Object(_), Owner::Link { .. }) => !b.is_hand,
+        (Owner::Object(o), Owner::Object(p)) => o != p,
+    };
+    (kinds && apart).then_some(SELF_MARGIN)
+}
+
+/// How far a moving body has to keep away from one that stands.
+fn other_margin(
+    a: &Mover,
+    b: &Other,
+    agent: usize,
+    may_touch: &std::collections::BTreeSet<(usize, usize)>,
+    handled: Option<usize>,
+    clearance: Clearance,
+) -> Option<f64> {
+    if b.apart > a.sweep {
+        return None;
+    }
+    let own = matches!(b.owner, Owner::Link { agent: of, .. } if of == agent);
+    let may = match (a.owner, b.owner) {
+        (Owner::Link { link: l, .. }, Owner::Link { link: m, .. }) => {
+            own && (l == m || may_touch.contains(&(l.min(m), l.max(m))))
+        }
+        // The hand may come to what it is going to take.
+        (Owner::Link { .. }, Owner::Object(o)) => a.is_hand && handled == Some(o),
+        (Owner::Object(_), Owner::Link { .. } | Owner::Object(_)) => false,
+    };
+    if may {
+        return None;
+    }
+    match (a.kind, clearance) {
+        (Kind::Link | Kind::Held, _) if own => Some(SELF_MARGIN),
+        (Kind::Link | Kind::Held, Clearance::Margin) => Some(MARGIN),
+        (Kind::Link, Clearance::Contact) => Some(0.0),
+        (Kind::Resting, Clearance::Contact) if !own => Some(0.0),
+        (Kind::Held, Clearance::Contact) | (Kind::Resting, _) => None,
     }
 }
 
@@ -273,5 +381,12 @@ impl Space for ArmSpace<'_> {
 
     fn is_free(&mut self, q: &[f64]) -> bool {
         self.check(q)
+    }
+
+    fn all_free(&mut self, qs: &[f64]) -> bool {
+        self.checks += (qs.len() / self.dofs().len().max(1)) as u64;
+        let free = self.checker.all_free(qs);
+        self.last = if free { Last::Nothing } else { Last::At(qs.to_vec()) };
+        free
     }
 }

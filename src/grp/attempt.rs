@@ -222,6 +222,8 @@ impl<'b> Attempt<'_, 'b> {
             Space::Gripper(_) => self.gripper_stage(stage, sub_action, state),
             Space::ArmStraight(_) => self.straight_stage(stage, sub_action, state),
             Space::Arm(_) => self.free_stage(stage, sub_action, state),
+            // INVARIANT: an action that goes does nothing else (`check`), and is solved by `navigate`.
+            Space::Body(_) | Space::Base(_) => None,
         }
     }
 
@@ -276,7 +278,12 @@ impl<'b> Attempt<'_, 'b> {
             Target::Open => gripper.open.clone(),
             Target::Closed(Some(_)) => gripper.at_gap(self.candidate.width),
             Target::Closed(None) => gripper.closed.clone(),
-            Target::Grasp { .. } | Target::Up(_) | Target::Back(_) | Target::Placement { .. } => return None,
+            Target::Grasp { .. }
+            | Target::Up(_)
+            | Target::Back(_)
+            | Target::Placement { .. }
+            | Target::Posture
+            | Target::Stand(_) => return None,
         };
         let now: Vec<f64> = gripper.dofs.iter().map(|d| state.agents[agent].q[*d]).collect();
         let there = now.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6);
@@ -354,7 +361,7 @@ impl<'b> Attempt<'_, 'b> {
                 let placement = self.candidate.placement.as_ref()?;
                 Some(up(above) * (placement.X_WO * X_OT))
             }
-            Target::Open | Target::Closed(_) => None,
+            Target::Open | Target::Closed(_) | Target::Posture | Target::Stand(_) => None,
         }
     }
 

@@ -275,6 +275,17 @@ impl<'a> Bases<'a> {
             .collect()
     }
 
+    /// Returns the shoulders of the agent's arms that hold something, as [`Bases::shoulders`] does for the others.
+    pub(super) fn full_shoulders(&self) -> Vec<(Vec3, f64)> {
+        let at = &self.state.agents[self.agent];
+        let X_WL = self.scene.agents[self.agent].tree.link_poses(&at.X_WB, &at.q);
+        let held = self.state.objects.iter().filter_map(|o| o.held.as_ref());
+        held.filter(|h| h.agent == self.agent)
+            .map(|h| &self.prepared.agents[self.agent].arms[h.arm])
+            .map(|arm| (X_WL[arm.shoulder_link].translation.vector, arm.reach))
+            .collect()
+    }
+
     /// Says whether an empty hand could come to the entity with the base at `X_WB`, by lengths alone; two agents, whether their
     /// hands could meet.
     pub(super) fn is_in_arms_length(&self, X_WB: &Pose, shoulders: &[(Vec3, f64)], entity: EntityRef) -> bool {

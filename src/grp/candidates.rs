@@ -181,7 +181,7 @@ pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted<'_>, rng:
 }
 
 /// Returns the `i`-th point (from 1) of the van der Corput sequence of a base, in [0, 1).
-fn halton(mut i: usize, base: usize) -> f64 {
+pub(super) fn halton(mut i: usize, base: usize) -> f64 {
     let (mut fraction, mut value) = (1.0, 0.0);
     while i > 0 {
         fraction /= base as f64;

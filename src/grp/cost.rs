@@ -14,7 +14,7 @@ use crate::geom::motion::length;
 use crate::world::{AgentKind, Scene, State};
 
 /// Cost of a radian of motion of the joint that moves most.
-const LENGTH_WEIGHT: f64 = 0.1;
+pub(super) const LENGTH_WEIGHT: f64 = 0.1;
 /// Cost of being [`COMFORTABLE`] away from a human, at the nearest end state; inversely related to the distance.
 const PROXIMITY_WEIGHT: f64 = 1.0;
 /// [m] HEURISTIC: about the border between personal and social distance (Hall 1966).

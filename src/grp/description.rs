@@ -204,7 +204,7 @@ fn given(domain: &Domain, action: &Geometric, choices: &[ChoiceId], values: &[Va
                 given.xy = x.map(|x| [x, if is_second { number().unwrap_or(0.0) } else { 0.0 }]);
             }
             ChoiceSet::Angles => given.yaw = number(),
-            ChoiceSet::Centre(_) => {}
+            ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => {}
         }
     }
     if !text.is_empty() {
@@ -227,7 +227,7 @@ fn placed(action: &Geometric, entities: &[EntityRef], sub_action: usize, place: 
     })
 }
 
-fn asked(scene: &Scene, domain: &Domain, fact: &FactOf, entities: &[EntityRef]) -> Asked {
+pub(super) fn asked(scene: &Scene, domain: &Domain, fact: &FactOf, entities: &[EntityRef]) -> Asked {
     let args: Vec<EntityRef> = fact.args.iter().map(|p| entities[p.index()]).collect();
     let request = &domain.requests[fact.request.index()].name;
     let names: Vec<&str> = args.iter().map(|e| name(scene, *e)).collect();

@@ -6,6 +6,7 @@ mod adopt;
 mod arm_space;
 mod attempt;
 mod bases;
+mod body_space;
 mod candidates;
 mod constraints;
 mod cost;
@@ -15,6 +16,7 @@ mod free_place;
 mod ground;
 mod key;
 mod motion;
+mod navigate;
 mod prepared;
 mod relations;
 mod requests;
@@ -31,15 +33,16 @@ pub use requests::{Fact, REQUESTS};
 pub use solve::{Counts, Settings};
 
 use crate::engine::{Call, GasNum, GasRef, Mark, Projection, Reasoner, Request};
-use crate::ir::geometric::{Change, Space};
+use crate::ir::geometric::{Change, Geometric, Space};
 use crate::ir::{AttributeId, Domain, EntityId, EntitySet, Value};
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, Placement, SubAction, Trajectory};
-use crate::world::{EntityRef, Scene, World};
+use crate::world::{EntityRef, Scene, State, World};
 use adopt::Adopted;
 use constraints::Constraints;
 use description::Description;
 use facts::{Memory, States};
 use key::Key;
+use navigate::{Gone, Journey};
 use prepared::Prepared;
 use requests::{Answer, Question};
 use solve::{Room, Search, Solution};
@@ -47,15 +50,39 @@ use solve::{Room, Search, Solution};
 /// A solved geometric action.
 #[derive(Debug)]
 struct Solved {
-    solution: Solution,
+    solution: Outcome,
     cost: f64,
     duration: f64,
+}
+
+/// A geometric action at work: of a hand, or of a base.
+#[derive(Debug)]
+enum Work {
+    Handling(Box<Search>),
+    Going(Box<Journey>),
+}
+
+/// What either of them found.
+#[derive(Debug)]
+enum Outcome {
+    Handled(Solution),
+    Gone(Gone),
+}
+
+impl Outcome {
+    /// Returns the world state that it leads to.
+    fn end(&self) -> Option<&State> {
+        match self {
+            Outcome::Handled(solution) => solution.end(),
+            Outcome::Gone(gone) => gone.end(),
+        }
+    }
 }
 
 /// A geometric action with the solutions found so far.
 #[derive(Debug)]
 struct Gas {
-    search: Search,
+    work: Work,
     solved: Vec<Solved>,
 }
 
@@ -74,6 +101,8 @@ pub struct Grp<'a> {
     adopted: Vec<Adopted>,
     by_key: BTreeMap<Key, GasNum>,
     memory: Memory,
+    /// All facts that can hold in some world state.
+    possible: Arc<Vec<(&'static str, EntityRef, EntityRef, Fact)>>,
     counts: Counts,
 }
 
@@ -88,6 +117,7 @@ impl<'a> Grp<'a> {
         Ok(Grp {
             scene: &world.scene,
             memory: Memory::new(&world.scene, &prepared),
+            possible: Arc::new(Self::possible_facts(&world.scene)),
             prepared,
             settings,
             seed,
@@ -120,23 +150,33 @@ impl<'a> Grp<'a> {
         self.memory.ask(scene, prepared, states, self.seed, question, computed)
     }
 
+    /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
+    /// not asked again where nothing that matters has moved.
+    pub fn observe(&mut self, state: State) {
+        self.states.push(state);
+    }
+
     /// Returns every fact of the current world state that can hold, with its truth: name, first and second entity.
     pub fn all_facts(&mut self) -> Vec<(&'static str, EntityRef, EntityRef, bool)> {
-        let agents = (0..self.scene.agents.len()).map(EntityRef::Agent);
-        let entities: Vec<EntityRef> = agents
-            .chain((0..self.scene.objects.len()).map(EntityRef::Object))
-            .collect();
+        let possible = Arc::clone(&self.possible);
+        let asked = possible.iter();
+        asked
+            .map(|(name, a, b, fact)| (*name, *a, *b, self.holds(*fact)))
+            .collect()
+    }
+
+    /// Returns the facts of a scene that can hold in some world state.
+    fn possible_facts(scene: &Scene) -> Vec<(&'static str, EntityRef, EntityRef, Fact)> {
+        let agents = (0..scene.agents.len()).map(EntityRef::Agent);
+        let entities: Vec<EntityRef> = agents.chain((0..scene.objects.len()).map(EntityRef::Object)).collect();
         let mut all = Vec::new();
         for name in FACTS {
             for first in &entities {
-                for second in &entities {
-                    if first == second {
-                        continue;
-                    }
+                for second in entities.iter().filter(|second| *second != first) {
                     if let Some(fact) = Fact::of(name, *first, *second)
-                        && self.is_about_things(fact)
+                        && is_about_things(scene, fact)
                     {
-                        all.push((name, *first, *second, self.holds(fact)));
+                        all.push((name, *first, *second, fact));
                     }
                 }
             }
@@ -144,25 +184,8 @@ impl<'a> Grp<'a> {
         all
     }
 
-    /// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
-    fn is_about_things(&self, fact: Fact) -> bool {
-        let movable = |o: usize| self.scene.objects[o].movable;
-        let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
-        match fact {
-            Fact::IsOn { a, b } => movable(a) && !self.scene.objects[b].supports.is_empty(),
-            Fact::IsIn { a, b } => movable(a) && !self.scene.objects[b].containers.is_empty(),
-            Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
-            Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
-            Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
-            Fact::IsVisible { .. } => true,
-        }
-    }
-
     fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
-        let Some(action) = domain.geometric(call.name) else {
-            return Err(format!("there is no geometric action `{}`", call.name));
-        };
-        Description::new(self.scene, domain, action, call)
+        Description::new(self.scene, domain, geometric(domain, call)?, call)
     }
 
     /// Returns the number of the action in the current world state, started now if it was not before.
@@ -171,6 +194,10 @@ impl<'a> Grp<'a> {
             let args: Vec<String> = call.args.iter().map(|a| domain.show(a)).collect();
             ActionRefusal::not_applicable(format!("{}({})", call.name, args.join(", ")), why)
         };
+        let action = geometric(domain, call).map_err(refuse)?;
+        if action.goes().is_some() {
+            return self.start_journey(domain, call, action).map_err(refuse);
+        }
         let description = self.description(domain, call).map_err(refuse)?;
         let state = self
             .states
@@ -207,7 +234,7 @@ impl<'a> Grp<'a> {
         };
         let search = Search::new(&room, description, constraints, state, key);
         self.gases.push(Gas {
-            search,
+            work: Work::Handling(Box::new(search)),
             solved: Vec::new(),
         });
         self.by_key.insert(searched, gas);
@@ -229,12 +256,24 @@ impl<'a> Grp<'a> {
             return Err(ActionRefusal::not_applicable(String::new(), why.to_owned()));
         };
         while entry.solved.len() <= alternative as usize {
-            let Some(solution) = entry.search.next_solution(&room, &mut self.counts) else {
-                return Err(entry.search.refusal(&room));
+            let (solution, parts, duration) = match &mut entry.work {
+                Work::Handling(search) => {
+                    let Some(solution) = search.next_solution(&room, &mut self.counts) else {
+                        return Err(search.refusal(&room));
+                    };
+                    let parts = cost::parts(scene, prepared, &solution, search.description.agent);
+                    let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
+                    (Outcome::Handled(solution), parts, duration)
+                }
+                Work::Going(journey) => {
+                    let Some(gone) = journey.next_solution(&room, &mut self.counts) else {
+                        return Err(journey.refusal(&room));
+                    };
+                    let (parts, duration) = (gone.parts.clone(), gone.duration());
+                    (Outcome::Gone(gone), parts, duration)
+                }
             };
-            let parts = cost::parts(scene, prepared, &solution, entry.search.description.agent);
             let cost = parts.values().sum();
-            let duration = solution.stages.iter().filter_map(|(_, t)| t.times.last()).sum();
             entry.solved.push(Solved {
                 solution,
                 cost,
@@ -258,13 +297,20 @@ impl<'a> Grp<'a> {
             return Some(adopted.geometry().clone());
         }
         let entry = self.gases.get(gas.gas.0 as usize)?;
-        let solution = &entry.solved.get(gas.alternative as usize)?.solution;
+        let number = gas.gas.0.saturating_add(self.first_number());
+        let (search, solution) = match (&entry.work, &entry.solved.get(gas.alternative as usize)?.solution) {
+            (Work::Handling(search), Outcome::Handled(solution)) => (search, solution),
+            (Work::Going(journey), Outcome::Gone(gone)) => {
+                return Some(journey.document(self.scene, gone, (number, gas.alternative)));
+            }
+            (Work::Handling(_), Outcome::Gone(_)) | (Work::Going(_), Outcome::Handled(_)) => return None,
+        };
         let Description {
             agent,
             object,
             ref action,
             ..
-        } = entry.search.description;
+        } = search.description;
         let body = &self.scene.agents[agent];
         let arm = &body.arms[solution.candidate.arm];
         let thing = &self.scene.objects[object];
@@ -277,12 +323,15 @@ impl<'a> Grp<'a> {
                 let dofs: Vec<usize> = match sub_action.space {
                     Space::Gripper(_) => arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()).collect(),
                     Space::Arm(_) | Space::ArmStraight(_) => chain.dof_indices().to_vec(),
+                    Space::Body(_) | Space::Base(_) => Vec::new(),
                 };
                 let after = &stage.end.objects[object];
                 SubAction {
                     name: sub_action.name.clone(),
                     motion: match sub_action.space {
                         Space::Arm(_) => Motion::Free,
+                        Space::Body(_) => Motion::Posture,
+                        Space::Base(_) => Motion::Base,
                         Space::ArmStraight(_) => Motion::Straight,
                         Space::Gripper(_) => Motion::Gripper,
                     },
@@ -315,17 +364,39 @@ impl<'a> Grp<'a> {
         });
         Some(Geometry {
             action: action.name.clone(),
-            gas: gas.gas.0.saturating_add(self.first_number()),
+            gas: number,
             alternative: gas.alternative,
             agent: body.id.clone(),
             arm: arm.name.clone(),
             object: thing.id.clone(),
             grasp: solution.candidate.grasp.clone(),
+            stand: None,
             placement,
             cost_parts: cost::parts(self.scene, &self.prepared, solution, agent),
             sub_actions,
         })
     }
+}
+
+/// Furniture is not picked up, does not stand on things and is not compared: no facts about that, unless somebody asks.
+fn is_about_things(scene: &Scene, fact: Fact) -> bool {
+    let movable = |o: usize| scene.objects[o].movable;
+    let is_thing = |e: EntityRef| matches!(e, EntityRef::Object(o) if movable(o));
+    match fact {
+        Fact::IsOn { a, b } => movable(a) && !scene.objects[b].supports.is_empty(),
+        Fact::IsIn { a, b } => movable(a) && !scene.objects[b].containers.is_empty(),
+        Fact::IsNextTo { a, b } => is_thing(a) || is_thing(b),
+        Fact::IsBigger { a, b } => is_thing(a) && is_thing(b),
+        Fact::HasInHand { object, .. } | Fact::IsReachable { object, .. } => movable(object),
+        Fact::IsVisible { .. } => true,
+    }
+}
+
+/// Returns the geometric action that a call names.
+fn geometric<'d>(domain: &'d Domain, call: &Call<'_>) -> Result<&'d Arc<Geometric>, String> {
+    domain
+        .geometric(call.name)
+        .ok_or_else(|| format!("there is no geometric action `{}`", call.name))
 }
 
 impl Reasoner for Grp<'_> {
@@ -382,7 +453,7 @@ impl Reasoner for Grp<'_> {
                 continue;
             }
             if let Some(fact) = Fact::of(name, first, second)
-                && self.is_about_things(fact)
+                && is_about_things(self.scene, fact)
                 && self.holds(fact)
             {
                 if !description.is_set {

@@ -61,6 +61,20 @@ pub(super) fn free(
     rng: &mut ChaCha8Rng,
 ) -> Result<Timed, NoMotion> {
     let start = space.start();
+    free_of(space, &start, goal, samples, rng).map_err(|no| match no {
+        NoMotion::Blocked(_) => NoMotion::Blocked(space.hit_names().unwrap_or_default()),
+        NoMotion::OutOfSamples(samples) => NoMotion::OutOfSamples(samples),
+    })
+}
+
+/// Plans from `start` to `goal` in any joint space, shortens and times it. Names no bodies where an end is blocked.
+pub(super) fn free_of(
+    space: &mut dyn Space,
+    start: &[f64],
+    goal: &[f64],
+    samples: u32,
+    rng: &mut ChaCha8Rng,
+) -> Result<Timed, NoMotion> {
     // A path that is free at the coarse spacing and not at the fine one is rare; the fine spacing then plans once more.
     for resolution in [SEARCH_RESOLUTION, RESOLUTION] {
         let settings = rrt_connect::Settings {
@@ -68,10 +82,8 @@ pub(super) fn free(
             resolution,
             max_samples: samples,
         };
-        let path = rrt_connect::rrt_connect(space, &start, goal, &settings, rng).map_err(|e| match e {
-            rrt_connect::NoPath::Start | rrt_connect::NoPath::Goal => {
-                NoMotion::Blocked(space.hit_names().unwrap_or_default())
-            }
+        let path = rrt_connect::rrt_connect(space, start, goal, &settings, rng).map_err(|e| match e {
+            rrt_connect::NoPath::Start | rrt_connect::NoPath::Goal => NoMotion::Blocked(Default::default()),
             rrt_connect::NoPath::OutOfSamples { drawn } => NoMotion::OutOfSamples(drawn),
         })?;
         let path = if path.len() > 2 {

@@ -1,7 +1,11 @@
 //! Shapes and chains of a scene, made ready once for fast yes/no tests.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
+use std::sync::Arc;
+
+use crate::geom::checker::{Body, Rig};
 use crate::geom::collide::{Solid, touch};
+use crate::geom::cover::Form;
 use crate::geom::kinematics::{Chain, Dof, Joint, JointKind};
 use crate::geom::{Pose, Vec3};
 use crate::world::{Agent, Arm, Scene, State};
@@ -22,8 +26,10 @@ pub(super) struct Part {
     pub padded: Solid,
     /// Grown by [`SELF_MARGIN`].
     pub self_padded: Solid,
-    /// Shrunk a little: an object that rests on its support touches it without hitting it.
-    pub resting: Solid,
+    /// The exact shape with its cover.
+    pub form: Arc<Form>,
+    /// An object's, shrunk a little: what rests on its support touches it without hitting it. A link's as it is.
+    pub resting: Arc<Form>,
     /// Pose of the shape in the link's or object's frame.
     pub X_FS: Pose,
 }
@@ -40,6 +46,8 @@ pub(super) struct PreparedArm {
     pub link_reach: Vec<f64>,
     /// Links that the arm's joints and fingers move, ascending.
     pub moved: Vec<usize>,
+    /// The arm, its hand and fingers with their bodies.
+    pub rig: Arc<Rig>,
 }
 
 /// An agent's bodies and arms.
@@ -64,24 +72,38 @@ impl Prepared {
     /// Makes the scene ready. An arm whose tip does not descend from its base is left out of the result's `arms`
     /// by an error naming it.
     pub(super) fn new(scene: &Scene) -> Result<Prepared, String> {
-        let part = |link, shape: &_, X_FS: &Pose| Part {
-            link,
-            exact: Solid::new(shape),
-            padded: Solid::padded(shape, MARGIN),
-            self_padded: Solid::padded(shape, SELF_MARGIN),
-            resting: Solid::padded(shape, RESTING),
-            X_FS: *X_FS,
+        let part = |link, shape: &_, X_FS: &Pose| {
+            let form = Arc::new(Form::new(Solid::new(shape)));
+            Part {
+                link,
+                exact: Solid::new(shape),
+                padded: Solid::padded(shape, MARGIN),
+                self_padded: Solid::padded(shape, SELF_MARGIN),
+                resting: Arc::clone(&form),
+                form,
+                X_FS: *X_FS,
+            }
+        };
+        let resting = |shape: &_, X_FS: &Pose| Part {
+            resting: Arc::new(Form::new(Solid::padded(shape, RESTING))),
+            ..part(0, shape, X_FS)
         };
         let mut agents = Vec::with_capacity(scene.agents.len());
         for agent in &scene.agents {
+            let parts: Vec<Part> = agent.bodies.iter().map(|b| part(b.link, &b.shape, &b.X_LS)).collect();
             let mut arms = Vec::with_capacity(agent.arms.len());
             for arm in &agent.arms {
                 let Some(chain) = Chain::new(&agent.tree, arm.base_link, arm.tip_link, &arm.X_LT) else {
                     return Err(format!("the {} arm of {} is no serial chain", arm.name, agent.id));
                 };
-                let mut dofs = arm.dofs.clone();
-                dofs.extend(arm.gripper.iter().flat_map(|g| g.dofs.iter().copied()));
-                let moved = agent.tree.links_moved_by(&dofs);
+                let fingers: &[usize] = arm.gripper.as_ref().map_or(&[], |g| &g.dofs);
+                let moved = agent.tree.links_moved_by(&[&arm.dofs, fingers].concat());
+                let bodies = parts.iter().filter(|p| moved.contains(&p.link)).map(|p| Body {
+                    link: p.link,
+                    X_LS: p.X_FS,
+                    form: Arc::clone(&p.form),
+                });
+                let rig = Rig::new(&agent.tree, chain.dof_indices(), fingers, bodies.collect());
                 let shoulder_link = shoulder_link(agent, arm);
                 let reach = farthest(agent, shoulder_link, arm.tip_link) + arm.X_LT.translation.vector.norm();
                 let link_reach = (0..agent.tree.links.len())
@@ -93,15 +115,15 @@ impl Prepared {
                     shoulder_link,
                     link_reach,
                     moved,
+                    rig: Arc::new(rig),
                 });
             }
-            let parts = agent.bodies.iter().map(|b| part(b.link, &b.shape, &b.X_LS)).collect();
             agents.push(PreparedAgent { parts, arms });
         }
         let objects = scene
             .objects
             .iter()
-            .map(|o| o.parts.iter().map(|p| part(0, &p.shape, &p.X_OS)).collect())
+            .map(|o| o.parts.iter().map(|p| resting(&p.shape, &p.X_OS)).collect())
             .collect();
         Ok(Prepared { agents, objects })
     }
@@ -145,6 +167,8 @@ fn farthest(agent: &Agent, shoulder: usize, mut link: usize) -> f64 {
 #[derive(Debug)]
 pub(super) struct Placed<'a> {
     pub solid: &'a Solid,
+    /// The same with its cover.
+    pub form: &'a Arc<Form>,
     pub X_WS: Pose,
     /// Who it is, for messages.
     pub owner: Owner,
@@ -201,6 +225,7 @@ pub(super) fn place_all<'a>(
             if !without(owner) {
                 all.push(Placed {
                     solid: &part.exact,
+                    form: &part.form,
                     X_WS: X_WL[agent][part.link] * part.X_FS,
                     owner,
                 });
@@ -213,6 +238,7 @@ pub(super) fn place_all<'a>(
             let X_WO = state.objects[object].X_WO;
             all.extend(parts.iter().map(|p| Placed {
                 solid: &p.exact,
+                form: &p.form,
                 X_WS: X_WO * p.X_FS,
                 owner,
             }));

@@ -174,12 +174,24 @@ impl Search {
         let mut rng = ChaCha8Rng::seed_from_u64(self.key.text("placements").0);
         let given = &self.description.given;
         for (what, wanted, names) in [
-            ("face", &given.face, below.supports.iter().map(|s| s.name.as_str()).collect::<Vec<_>>()),
-            ("orientation", &given.stable, thing.stable.iter().map(|s| s.name.as_str()).collect()),
+            (
+                "face",
+                &given.face,
+                below.supports.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
+            ),
+            (
+                "orientation",
+                &given.stable,
+                thing.stable.iter().map(|s| s.name.as_str()).collect(),
+            ),
         ] {
             let whose = if what == "face" { below } else { thing };
             if let Some(wanted) = wanted.as_ref().filter(|w| !names.contains(&w.as_str())) {
-                return Err(format!("{} has no {what} `{wanted}`: it has {}", whose.id, names.join(", ")));
+                return Err(format!(
+                    "{} has no {what} `{wanted}`: it has {}",
+                    whose.id,
+                    names.join(", ")
+                ));
             }
         }
         let wanted = Wanted {
@@ -228,7 +240,11 @@ impl Search {
         if let Some(grasp) = &given.grasp {
             if thing.grasps.iter().all(|g| g.name != *grasp) {
                 let names: Vec<&str> = thing.grasps.iter().map(|g| g.name.as_str()).collect();
-                return Err(format!("{} has no grasp `{grasp}`: it has {}", thing.id, names.join(", ")));
+                return Err(format!(
+                    "{} has no grasp `{grasp}`: it has {}",
+                    thing.id,
+                    names.join(", ")
+                ));
             }
             all.retain(|c| c.grasp == *grasp);
         }
@@ -249,7 +265,13 @@ impl Search {
         let Some(held) = held else {
             return Err(format!("{} is not in a hand of {}", thing.id, body.id));
         };
-        if let Some(arm) = self.description.given.arm.as_ref().filter(|a| **a != body.arms[held.arm].name) {
+        if let Some(arm) = self
+            .description
+            .given
+            .arm
+            .as_ref()
+            .filter(|a| **a != body.arms[held.arm].name)
+        {
             if body.arms.iter().all(|a| a.name != *arm) {
                 return Err(no_arm(body, arm));
             }

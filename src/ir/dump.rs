@@ -163,7 +163,12 @@ impl Dump<'_> {
             line(
                 out,
                 1,
-                &format!("projects {}({}){}", projects.name, self.exprs(args), self.given(projects)),
+                &format!(
+                    "projects {}({}){}",
+                    projects.name,
+                    self.exprs(args),
+                    self.given(projects)
+                ),
             );
         }
         if !matches!(&action.constraints, Test::And(parts) if parts.is_empty()) {

@@ -61,6 +61,8 @@ pub enum ChoiceSet {
     Centre(ChoiceId),
     /// The angles about the vertical.
     Angles,
+    /// The places on the floor from which an agent reaches an entity, with a heading each (thesis: OnTarget).
+    Stands { agent: ParamId, entity: ParamId },
 }
 
 /// One sub-action (thesis: SAD).
@@ -101,13 +103,18 @@ pub enum Space {
     ArmStraight(ChoiceId),
     /// The fingers (thesis: EEFix_h).
     Gripper(ChoiceId),
+    /// The joints of all arms of an agent (thesis: UpperBody).
+    Body(ParamId),
+    /// The base of an agent (thesis: UpFix).
+    Base(ParamId),
 }
 
 impl Space {
-    /// Returns the arm that moves, or whose fingers do.
-    pub fn arm(self) -> ChoiceId {
+    /// Returns the arm that moves, or whose fingers do; `None` where that is no choice.
+    pub fn arm(self) -> Option<ChoiceId> {
         match self {
-            Space::Arm(arm) | Space::ArmStraight(arm) | Space::Gripper(arm) => arm,
+            Space::Arm(arm) | Space::ArmStraight(arm) | Space::Gripper(arm) => Some(arm),
+            Space::Body(_) | Space::Base(_) => None,
         }
     }
 }
@@ -127,6 +134,10 @@ pub enum Target {
     Back(f64),
     /// The object in the hand is so far above its placement (thesis: HAppr; at 0 HRel).
     Placement { place: Place, above: f64 },
+    /// The arms are in their agent's posture for going (thesis: NavPos).
+    Posture,
+    /// The base is at its stand (thesis: OnTarget).
+    Stand(ChoiceId),
 }
 
 /// Where an object is to stand.
@@ -157,6 +168,16 @@ impl Change {
     }
 }
 
+impl Geometric {
+    /// Returns who goes and where to, if that is what the action is.
+    pub fn goes(&self) -> Option<(ParamId, ParamId)> {
+        self.choices.iter().find_map(|c| match c.from {
+            ChoiceSet::Stands { agent, entity } => Some((agent, entity)),
+            _ => None,
+        })
+    }
+}
+
 impl ChoiceSet {
     /// Returns the set with `params` and `choices` in place of its own, which both must cover: an action that takes over
     /// another one.
@@ -169,6 +190,10 @@ impl ChoiceSet {
             ChoiceSet::Points(face) => ChoiceSet::Points(choices[face.index()]),
             ChoiceSet::Centre(face) => ChoiceSet::Centre(choices[face.index()]),
             ChoiceSet::Angles => ChoiceSet::Angles,
+            ChoiceSet::Stands { agent, entity } => ChoiceSet::Stands {
+                agent: params[agent.index()],
+                entity: params[entity.index()],
+            },
         }
     }
 }
@@ -197,6 +222,8 @@ impl SubAction {
                 Space::Arm(arm) => Space::Arm(choice(arm)),
                 Space::ArmStraight(arm) => Space::ArmStraight(choice(arm)),
                 Space::Gripper(arm) => Space::Gripper(choice(arm)),
+                Space::Body(agent) => Space::Body(param(agent)),
+                Space::Base(agent) => Space::Base(param(agent)),
             },
             until: match self.until {
                 Target::Open => Target::Open,
@@ -205,6 +232,8 @@ impl SubAction {
                     grasp: choice(grasp),
                     before,
                 },
+                Target::Posture => Target::Posture,
+                Target::Stand(stand) => Target::Stand(choice(stand)),
                 Target::Up(d) => Target::Up(d),
                 Target::Back(d) => Target::Back(d),
                 Target::Placement { place, above } => Target::Placement {

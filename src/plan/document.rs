@@ -90,25 +90,39 @@ pub struct Action {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
-    /// Name of the geometric action: `pick`, `place`, `placeReachable`.
+    /// Name of the geometric action: `pick`, `place`, `navigateTo`.
     pub action: String,
     /// Identifies the geometric action in this run (thesis: gasNum).
     pub gas: u32,
     /// 0 for the first solution (thesis: gasAltNum).
     pub alternative: u32,
     pub agent: String,
-    /// Name of the arm.
+    /// Name of the arm; empty where none handles anything.
+    #[serde(skip_serializing_if = "String::is_empty", default)]
     pub arm: String,
-    /// The object that is handled.
+    /// The object that is handled, or the entity that the agent goes to.
     pub object: String,
-    /// Name of the grasp that holds it.
+    /// Name of the grasp that holds it; empty where nothing is handled.
+    #[serde(skip_serializing_if = "String::is_empty", default)]
     pub grasp: String,
+    /// Where the base goes, for actions that do.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub stand: Option<Stand>,
     /// Where it is put down, for actions that do.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub placement: Option<Placement>,
     /// The geometric cost's parts by name; their sum is what `GetGRPCost()` gives.
     pub cost_parts: IndexMap<String, f64>,
     pub sub_actions: Vec<SubAction>,
+}
+
+/// A place on the floor where an agent stands: of its base in the world [m], [rad].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stand {
+    pub x: f64,
+    pub y: f64,
+    pub yaw: f64,
 }
 
 /// A place on a support.
@@ -182,6 +196,10 @@ pub enum Motion {
     Straight,
     /// Fingers alone.
     Gripper,
+    /// The arms to their posture for going.
+    Posture,
+    /// The base on the floor: the trajectory's joints are `x`, `y` [m] and `yaw` [rad] of the base in the world.
+    Base,
 }
 
 /// Timed configurations of some joints; linear in between; the first time is 0 and counts from the end of the

@@ -134,6 +134,10 @@ pub enum Cause {
     NoStraightMotion { arm: String },
     /// The motion planner found no path within its samples.
     NoPath { arm: String, samples: u32 },
+    /// The arms found no motion into a posture within the planner's samples.
+    NoPosture { posture: String, samples: u32 },
+    /// The base found no way there.
+    NoWay { looked: usize },
     /// A required fact does not hold in the end state: `isReachable(RED_CUBE, BOB)`.
     Fact(String),
     /// A constraint of the domain's operator does not hold in the end state.
@@ -148,6 +152,13 @@ impl fmt::Display for Cause {
             Cause::Collision { a, b } => write!(f, "{a} collides with {b}"),
             Cause::NoStraightMotion { arm } => write!(f, "no straight motion of the {arm} arm"),
             Cause::NoPath { arm, samples } => write!(f, "no path for the {arm} arm within {samples} samples"),
+            Cause::NoPosture { posture, samples } => {
+                write!(
+                    f,
+                    "no motion of the arms into the posture {posture} within {samples} samples"
+                )
+            }
+            Cause::NoWay { looked } => write!(f, "no way for the base, {looked} places looked at"),
             Cause::Fact(fact) => write!(f, "{fact} would not hold"),
             Cause::Constraint(constraint) => write!(f, "the constraint {constraint} would not hold"),
         }

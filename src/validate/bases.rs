@@ -177,6 +177,17 @@ impl<'a> Bases<'a> {
     }
 }
 
+/// Says whether a hand of the agent, empty or not, could come to the entity from where it stands, by lengths alone; two agents,
+/// whether their hands could meet.
+pub(super) fn is_in_arms_length(bodies: &Bodies<'_>, state: &State, agent: usize, entity: EntityRef) -> bool {
+    let mut empty = state.clone();
+    for object in &mut empty.objects {
+        object.held = None;
+    }
+    let bases = Bases::new(bodies, &empty, agent);
+    bases.spare_length(&state.agents[agent].X_WB, entity) >= 0.0
+}
+
 /// Says whether there may be room for the agent near `near` with `entity` at arm's length, and whether there plainly is.
 pub(super) fn room(
     bodies: &Bodies<'_>,

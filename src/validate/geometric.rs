@@ -52,9 +52,7 @@ impl<'a, 'b> Played<'a, 'b> {
     ) -> Checked<Self> {
         let name = &projection.name;
         let (args, given) = args.split_at(args.len().saturating_sub(projection.given.len()));
-        let unchecked = || Kind::GeometryUnchecked {
-            action: name.clone(),
-        };
+        let unchecked = || Kind::GeometryUnchecked { action: name.clone() };
         let action = domain.geometric(name).ok_or_else(unchecked)?;
         same("geometric action", &action.name, &geometry.action)?;
         if args.len() != action.params.len() {
@@ -181,7 +179,7 @@ impl<'a, 'b> Played<'a, 'b> {
                 ChoiceSet::Points(_) if is_y => number("y of the placement", placement.map(|p| p.y))?,
                 ChoiceSet::Points(_) => number("x of the placement", placement.map(|p| p.x))?,
                 ChoiceSet::Angles => number("yaw of the placement", placement.map(|p| p.yaw))?,
-                ChoiceSet::Centre(_) => {}
+                ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => {}
             }
         }
         Ok(())
@@ -190,7 +188,11 @@ impl<'a, 'b> Played<'a, 'b> {
     /// Plays the sub-actions: motions, what is taken and let go. Leaves `state` at their end, and returns the states between
     /// them, the first one first.
     pub(super) fn play(&self, state: &mut State, verdict: &mut Verdict) -> Checked<Vec<State>> {
-        let takes = self.action.choices.iter().any(|c| matches!(c.from, ChoiceSet::Grasps(_)));
+        let takes = self
+            .action
+            .choices
+            .iter()
+            .any(|c| matches!(c.from, ChoiceSet::Grasps(_)));
         if !takes {
             handling::holds(self.bodies, state, self.hand, self.object, &self.geometry.grasp)
                 .map_err(|f| f.at_time(0.0))?;
@@ -239,6 +241,8 @@ impl<'a, 'b> Played<'a, 'b> {
                 Space::Arm(_) => Motion::Free,
                 Space::ArmStraight(_) => Motion::Straight,
                 Space::Gripper(_) => Motion::Gripper,
+                Space::Body(_) => Motion::Posture,
+                Space::Base(_) => Motion::Base,
             };
             if sub_action.motion != motion {
                 return Err(place(mismatch("motion", word(motion), word(sub_action.motion))));
@@ -249,7 +253,12 @@ impl<'a, 'b> Played<'a, 'b> {
                 Some(false) => "that it is let go",
             };
             let wanted = kind(demanded.change.map(|c| matches!(c, Change::Attach(_))));
-            let found = kind(sub_action.change.as_ref().map(|c| matches!(c, AttachmentChange::Attach { .. })));
+            let found = kind(
+                sub_action
+                    .change
+                    .as_ref()
+                    .map(|c| matches!(c, AttachmentChange::Attach { .. })),
+            );
             if wanted != found {
                 let what = format!("`{}` demands {wanted}, the document says {found}", sub_action.name);
                 return Err(place(Kind::Handling { what }.into()));
@@ -313,17 +322,8 @@ impl<'a, 'b> Played<'a, 'b> {
         facts.iter().try_for_each(|fact| self.fact(fact, state, verdict))
     }
 
-    fn fact(&self, fact: &FactOf, state: &State, verdict: &mut Verdict) -> Checked<()> {
-        let name = &self.domain.requests[fact.request.index()].name;
-        let args: Vec<Value> = fact.args.iter().map(|p| self.args[p.index()].clone()).collect();
-        verdict.facts += 1;
-        let answer = Asked::new(self.bodies, state.clone(), self.settings).ask(self.domain, name, &args);
-        if matches!(answer, Some(Answer::Truth { may: true, .. })) {
-            return Ok(());
-        }
-        let shown: Vec<String> = args.iter().map(|a| self.domain.show(a)).collect();
-        let fact = format!("{name}({})", shown.join(", "));
-        Err(Kind::FactUnconfirmed { fact }.into())
+    fn fact(&self, of: &FactOf, state: &State, verdict: &mut Verdict) -> Checked<()> {
+        fact(self.domain, self.bodies, self.settings, self.args, of, state, verdict)
     }
 
     fn gripper(&self) -> Option<&'a Gripper> {
@@ -341,6 +341,8 @@ impl<'a, 'b> Played<'a, 'b> {
             | Target::Grasp { .. }
             | Target::Up(_)
             | Target::Back(_)
+            | Target::Posture
+            | Target::Stand(_)
             | Target::Placement { .. } => None,
         }
     }
@@ -378,8 +380,8 @@ impl<'a, 'b> Played<'a, 'b> {
                 }
                 .into());
             }
-            // What takes the object looks at the fingers.
-            Target::Closed(Some(_)) => return Ok(()),
+            // What takes the object looks at the fingers; an action that goes is checked by `navigation`.
+            Target::Closed(Some(_)) | Target::Posture | Target::Stand(_) => return Ok(()),
             // Where it is taken or let go, `handling` has looked at it.
             Target::Grasp { before: 0.0, .. } | Target::Placement { above: 0.0, .. } if self.changes() => return Ok(()),
             Target::Grasp { before: back, .. } => {
@@ -428,7 +430,10 @@ impl<'a, 'b> Played<'a, 'b> {
                 same("handled object", &geometry.object, object)?;
                 handling::attach(bodies, state, self.hand, self.object, object_in_tool, geometry)?;
             }
-            Some(AttachmentChange::Detach { object, object_in_world }) => {
+            Some(AttachmentChange::Detach {
+                object,
+                object_in_world,
+            }) => {
                 same("handled object", &geometry.object, object)?;
                 handling::detach(bodies, state, self.hand, self.object, object_in_world, geometry)?;
             }
@@ -438,7 +443,29 @@ impl<'a, 'b> Played<'a, 'b> {
     }
 }
 
-fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
+/// Checks that a fact about the arguments may hold in a state.
+pub(super) fn fact(
+    domain: &Domain,
+    bodies: &Bodies<'_>,
+    settings: &Settings,
+    args: &[Value],
+    fact: &FactOf,
+    state: &State,
+    verdict: &mut Verdict,
+) -> Checked<()> {
+    let name = &domain.requests[fact.request.index()].name;
+    let args: Vec<Value> = fact.args.iter().map(|p| args[p.index()].clone()).collect();
+    verdict.facts += 1;
+    let answer = Asked::new(bodies, state.clone(), settings).ask(domain, name, &args);
+    if matches!(answer, Some(Answer::Truth { may: true, .. })) {
+        return Ok(());
+    }
+    let shown: Vec<String> = args.iter().map(|a| domain.show(a)).collect();
+    let fact = format!("{name}({})", shown.join(", "));
+    Err(Kind::FactUnconfirmed { fact }.into())
+}
+
+pub(super) fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
     if expected == found {
         Ok(())
     } else {
@@ -446,7 +473,7 @@ fn same(what: &'static str, expected: &str, found: &str) -> Checked<()> {
     }
 }
 
-fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
+pub(super) fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
     Kind::GeometryMismatch {
         what,
         expected: expected.to_owned(),
@@ -455,18 +482,20 @@ fn mismatch(what: &'static str, expected: &str, found: &str) -> Fault {
     .into()
 }
 
-fn unknown(what: &'static str, name: &str) -> Kind {
+pub(super) fn unknown(what: &'static str, name: &str) -> Kind {
     Kind::UnknownName {
         what,
         name: name.to_owned(),
     }
 }
 
-fn word(motion: Motion) -> &'static str {
+pub(super) fn word(motion: Motion) -> &'static str {
     match motion {
         Motion::Free => "free",
         Motion::Straight => "straight",
         Motion::Gripper => "gripper",
+        Motion::Posture => "posture",
+        Motion::Base => "base",
     }
 }
 

@@ -20,6 +20,7 @@ mod geometric;
 mod handling;
 mod history;
 mod motion;
+mod navigation;
 mod network;
 mod notation;
 mod objective;

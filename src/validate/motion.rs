@@ -16,13 +16,13 @@ use crate::plan::{Motion, SubAction, Trajectory};
 use crate::world::State;
 
 /// How far a start configuration may be from where the joints are [rad or m].
-const CONTINUITY: f64 = 1e-6;
+pub(super) const CONTINUITY: f64 = 1e-6;
 /// How far a position may exceed a limit [rad or m].
 const LIMIT: f64 = 1e-9;
 /// Relative excess of a speed, for rounding.
-const SPEED: f64 = 1e-6;
+pub(super) const SPEED: f64 = 1e-6;
 /// Relative excess of an acceleration; the samples are of a continuous profile.
-const ACCELERATION: f64 = 1e-3;
+pub(super) const ACCELERATION: f64 = 1e-3;
 /// How far the tool may leave its line [m], and its orientation the one in between [rad].
 const STRAIGHT: (f64, f64) = (0.005, 0.02);
 
@@ -113,6 +113,8 @@ fn joints(bodies: &Bodies<'_>, state: &State, mover: Mover, sub_action: &SubActi
     let holds = (0..state.objects.len()).any(|o| super::bodies::held_by(state, o, mover.agent) == Some(mover.arm));
     let allowed: Vec<usize> = match sub_action.motion {
         Motion::Gripper => fingers.copied().collect(),
+        Motion::Posture => agent.arms.iter().flat_map(|a| a.dofs.iter().copied()).collect(),
+        Motion::Base => Vec::new(),
         Motion::Free | Motion::Straight if holds => arm.dofs.clone(),
         Motion::Free | Motion::Straight => arm.dofs.iter().chain(fingers).copied().collect(),
     };
@@ -147,7 +149,7 @@ fn joints(bodies: &Bodies<'_>, state: &State, mover: Mover, sub_action: &SubActi
 }
 
 /// Checks that it is a table of finite numbers with growing times.
-fn shape(trajectory: &Trajectory) -> Checked<()> {
+pub(super) fn shape(trajectory: &Trajectory) -> Checked<()> {
     let malformed = |what: String| Err(Kind::TrajectoryShape { what }.into());
     let (times, rows) = (&trajectory.times, &trajectory.positions);
     if times.is_empty() {

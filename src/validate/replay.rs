@@ -16,6 +16,7 @@ use super::{
     geometric::Played,
     handling,
     history::History,
+    navigation::Journey,
     requests::{self, Asked},
     schedule::Done,
     shared::Shared,
@@ -488,13 +489,30 @@ impl<'a> Context<'a> {
         geometry: &Geometry,
         progress: &mut Progress<'a, '_>,
     ) -> Checked<()> {
+        let journey = Journey::new(
+            self.domain,
+            self.bodies,
+            self.settings,
+            &projection.name,
+            args,
+            geometry,
+        )?;
+        if let Some(journey) = journey {
+            journey.play(&mut progress.state, progress.verdict)?;
+            return self.nothing_in_the_air(geometry, progress);
+        }
         let played = Played::new(self.domain, self.bodies, self.settings, projection, args, geometry)?;
         let states = played.play(&mut progress.state, progress.verdict)?;
+        self.nothing_in_the_air(geometry, progress)?;
+        played.demands(&states, progress.verdict)?;
+        played.in_the_end(&progress.state, progress.verdict)
+    }
+
+    fn nothing_in_the_air(&self, geometry: &Geometry, progress: &Progress<'a, '_>) -> Checked<()> {
         if let Some(object) = handling::in_the_air(self.bodies, &progress.state, self.start) {
             let end: f64 = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
             return Err(Fault::from(Kind::InTheAir { object }).at_time(end));
         }
-        played.demands(&states, progress.verdict)?;
-        played.in_the_end(&progress.state, progress.verdict)
+        Ok(())
     }
 }

@@ -195,9 +195,11 @@ proptest! {
                 prop_assert_eq!(free[k], checker.first_hit(&one).is_none());
             }
         }
+        let rows: Vec<f64> = (0..LANES).flat_map(|k| columns.iter().map(move |c| c[k])).collect();
         for checker in &mut checkers {
+            prop_assert_eq!(checker.all_free(&rows[..3 * columns.len()]), columns.is_empty() && free[0] || free[..3] == [true; 3]);
             prop_assert_eq!(checker.are_free(&columns), free);
-            prop_assert_eq!(checker.all_free(&columns), free == [true; LANES]);
+            prop_assert_eq!(checker.all_free(&rows), free == [true; LANES]);
         }
         // What is no number hits whatever it can.
         if n > 1 && let Some(first) = columns.first() {

@@ -277,19 +277,19 @@ fn the_closed_form_and_the_numeric_way_agree_on_what_can_be_reached() {
         let form = chain.closed_form().unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let (mut reached, mut missed) = (0, 0);
-        for _ in 0..400 {
+        for _ in 0..150 {
             // Some of them out of reach.
             let mut v = |far: f64| Vec3::from_fn(|_, _| rng.random_range(-far..far));
             let X_KT = Pose::from_parts(v(0.9).into(), UnitQuaternion::from_scaled_axis(v(2.0)));
             let exact = form.solve(&chain, &X_KT, &vec![0.0; 6]);
-            let downhill = goes_downhill(&chain, &X_KT, 40, &mut rng);
+            let downhill = goes_downhill(&chain, &X_KT, 15, &mut rng);
             assert!(!downhill || !exact.is_empty(), "{name}: {X_KT:?} can be reached");
             reached += usize::from(!exact.is_empty());
             missed += usize::from(!exact.is_empty() && !downhill);
         }
-        assert!((20..=390).contains(&reached), "{name}: {reached} of 400");
+        assert!((10..=145).contains(&reached), "{name}: {reached} of 150");
         assert!(
-            missed * 10 <= reached,
+            missed * 5 <= reached,
             "{name}: {missed} of {reached} are none, downhill"
         );
     }

@@ -242,7 +242,6 @@ impl Space for Naive<'_> {
 pub struct Fast<'a> {
     panda: &'a Panda,
     checker: Checker,
-    lanes: Vec<[f64; LANES]>,
 }
 
 impl<'a> Fast<'a> {
@@ -264,7 +263,6 @@ impl<'a> Fast<'a> {
         Fast {
             panda,
             checker: Checker::new(&panda.rig, &X_WL, &panda.q, &[], &obstacles, &margin),
-            lanes: vec![[0.0; LANES]; panda.dofs.len()],
         }
     }
 
@@ -283,15 +281,7 @@ impl Space for Fast<'_> {
     }
 
     fn all_free(&mut self, qs: &[f64]) -> bool {
-        let dim = self.lanes.len();
-        qs.chunks(LANES * dim).all(|eight| {
-            let n = eight.len() / dim;
-            for (j, lanes) in self.lanes.iter_mut().enumerate() {
-                // Places that are left over repeat the first.
-                *lanes = std::array::from_fn(|k| eight[if k < n { k } else { 0 } * dim + j]);
-            }
-            self.checker.all_free(&self.lanes)
-        })
+        self.checker.all_free(qs)
     }
 }
 

@@ -37,6 +37,7 @@ fn keep(domain: &mut Domain, text: &str, alternative: Option<u32>) -> Kept {
         arm: String::new(),
         object: arguments[1].clone(),
         grasp: String::new(),
+        stand: None,
         placement: None,
         cost_parts: IndexMap::new(),
         sub_actions: Vec::new(),

@@ -112,6 +112,7 @@ fn geometry(action: &str, gas: u32, placement: Option<Placement>, sub_actions: V
         arm: "main".into(),
         object: "RED".into(),
         grasp: "top".into(),
+        stand: None,
         placement,
         cost_parts: IndexMap::from([("length".to_owned(), 0.25), ("proximity".to_owned(), 0.5)]),
         sub_actions,

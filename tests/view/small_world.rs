@@ -263,6 +263,7 @@ fn action(index: usize, name: &str, arguments: &[&str], start: f64, sub_actions:
             arm: "only".into(),
             object: "BOX".into(),
             grasp: "side".into(),
+            stand: None,
             placement: None,
             cost_parts: IndexMap::new(),
             sub_actions,

@@ -31,7 +31,7 @@ macro_rules! files {
 }
 
 /// The files that experiments read, as they lie in this project.
-pub(super) const FILES: [(&str, &str); 11] = files![
+pub(super) const FILES: [(&str, &str); 18] = files![
     "domains/three_objects.hatp",
     "worlds/three_objects.toml",
     "domains/constraints_common.hatp",
@@ -39,6 +39,13 @@ pub(super) const FILES: [(&str, &str); 11] = files![
     "domains/constraints_placer.hatp",
     "domains/constraints_placerc.hatp",
     "worlds/constraints.toml",
+    "domains/virtual_place_common.hatp",
+    "domains/virtual_place.hatp",
+    "domains/virtual_place_without.hatp",
+    "worlds/virtual_place_a.toml",
+    "worlds/virtual_place_b.toml",
+    "worlds/virtual_place_c.toml",
+    "worlds/virtual_place_d.toml",
     "worlds/models/pr2.toml",
     "worlds/models/pr2.urdf",
     "worlds/models/human.toml",
@@ -88,6 +95,37 @@ const fn constraints(label: &'static str, domain: &'static str) -> Experiment {
     }
 }
 
+const WITH: &str = "domains/virtual_place.hatp";
+const WITHOUT: &str = "domains/virtual_place_without.hatp";
+
+const fn virtual_place(
+    label: &'static str,
+    domain: &'static str,
+    world: &'static str,
+    thesis: Option<Thesis>,
+) -> Experiment {
+    Experiment {
+        label,
+        domain,
+        world,
+        task: None,
+        branching: 3,
+        thesis,
+    }
+}
+
+/// A column of the thesis's Table 4.4.
+const fn table_4_4(time: f64, deviation: f64, alternatives: f64, computed: f64, actions: f64) -> Option<Thesis> {
+    Some(Thesis {
+        time: Some(time),
+        time_deviation: Some(deviation),
+        alternatives: Some(alternatives),
+        computed: Some(computed),
+        actions: Some(actions),
+        ..NOT_GIVEN
+    })
+}
+
 /// In the order of the thesis.
 pub(super) const TABLES: &[Table] = &[
     Table {
@@ -101,6 +139,41 @@ pub(super) const TABLES: &[Table] = &[
             three_objects("4", 4, table_4_3(27.0, 100.0, 24.7, 62.8)),
             three_objects("5", 5, table_4_3(31.0, 96.6, 32.7, 78.7)),
             three_objects("6", 6, table_4_3(31.0, 100.0, 36.6, 85.8)),
+        ],
+    },
+    Table {
+        name: Name::T4_4,
+        title: "Table 4.4: a cluttered table, without the request virtualPlace and with it (Fig. 4.7 a to d)",
+        runs: 30,
+        experiments: &[
+            virtual_place(
+                "a without",
+                WITHOUT,
+                "worlds/virtual_place_a.toml",
+                table_4_4(191.2, 8.6, 62.9, 162.6, 8.0),
+            ),
+            virtual_place(
+                "a with",
+                WITH,
+                "worlds/virtual_place_a.toml",
+                table_4_4(21.7, 1.45, 0.3, 12.6, 8.0),
+            ),
+            virtual_place(
+                "b without",
+                WITHOUT,
+                "worlds/virtual_place_b.toml",
+                table_4_4(16.9, 1.64, 0.2, 6.4, 6.0),
+            ),
+            virtual_place(
+                "b with",
+                WITH,
+                "worlds/virtual_place_b.toml",
+                table_4_4(20.2, 1.34, 0.2, 8.6, 8.0),
+            ),
+            virtual_place("c without", WITHOUT, "worlds/virtual_place_c.toml", None),
+            virtual_place("c with", WITH, "worlds/virtual_place_c.toml", None),
+            virtual_place("d without", WITHOUT, "worlds/virtual_place_d.toml", None),
+            virtual_place("d with", WITH, "worlds/virtual_place_d.toml", None),
         ],
     },
     Table {

@@ -23,12 +23,20 @@ impl<const N: usize> Lanes<N> {
 
     #[inline(always)]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Lanes(from_fn(|i| f(self.0[i])))
+        let mut to = self.0;
+        for v in &mut to {
+            *v = f(*v);
+        }
+        Lanes(to)
     }
 
     #[inline(always)]
     pub fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Lanes(from_fn(|i| f(self.0[i], other.0[i])))
+        let mut to = self.0;
+        for (v, w) in to.iter_mut().zip(&other.0) {
+            *v = f(*v, *w);
+        }
+        Lanes(to)
     }
 
     #[inline(always)]
@@ -62,14 +70,24 @@ impl<const N: usize> Lanes<N> {
         bits
     }
 
-    /// Says of which lanes the value is below `v`, as bits.
+    /// Says whether one is not greater than its limit, or is no number.
     #[inline(always)]
-    pub fn below(self, v: f64) -> u32 {
-        let mut bits = 0;
+    pub fn any_not_above(self, limit: Self) -> bool {
+        let mut any = false;
         for i in 0..N {
-            bits |= u32::from(self.0[i] < v) << i;
+            any |= !(self.0[i] > limit.0[i]);
         }
-        bits
+        any
+    }
+
+    /// Says whether one is below its limit.
+    #[inline(always)]
+    pub fn any_below(self, limit: Self) -> bool {
+        let mut any = false;
+        for i in 0..N {
+            any |= self.0[i] < limit.0[i];
+        }
+        any
     }
 }
 
@@ -131,6 +149,12 @@ pub fn apart2<const N: usize>(p: &Points<N>, q: &Points<N>) -> Lanes<N> {
     x * x + y * y + z * z
 }
 
+/// Returns the point of one configuration.
+#[inline(always)]
+pub fn lane_of<const N: usize>(p: &Points<N>, i: usize) -> [f64; 3] {
+    [p[0].0[i], p[1].0[i], p[2].0[i]]
+}
+
 /// A pose for each configuration: rotation by rows, then translation.
 #[derive(Debug, Clone, Copy)]
 pub struct Poses<const N: usize> {
@@ -155,11 +179,40 @@ impl Fixed {
         }
     }
 
-    /// Maps points of the outer frame into the inner one.
+    /// Maps a point of the outer frame into the inner one.
     #[inline(always)]
-    pub fn inverse_of<const N: usize>(&self, q: &Points<N>) -> Points<N> {
-        let d: Points<N> = from_fn(|i| q[i] + -self.p[i]);
-        from_fn(|j| d[0] * self.r[0][j] + d[1] * self.r[1][j] + d[2] * self.r[2][j])
+    pub fn inverse_of(&self, q: &[f64; 3]) -> [f64; 3] {
+        let d = [q[0] - self.p[0], q[1] - self.p[1], q[2] - self.p[2]];
+        let along = |j: usize| d[0] * self.r[0][j] + d[1] * self.r[1][j] + d[2] * self.r[2][j];
+        [along(0), along(1), along(2)]
+    }
+
+    /// Returns the pose of another inner frame in this one's.
+    #[inline(always)]
+    pub fn inverse_times(&self, other: &Fixed) -> Fixed {
+        let at = |i: usize, j: usize| {
+            self.r[0][i] * other.r[0][j] + self.r[1][i] * other.r[1][j] + self.r[2][i] * other.r[2][j]
+        };
+        let row = |i: usize| [at(i, 0), at(i, 1), at(i, 2)];
+        Fixed {
+            r: [row(0), row(1), row(2)],
+            p: self.inverse_of(&other.p),
+        }
+    }
+
+    /// Maps points of the inner frame.
+    #[inline(always)]
+    pub fn of<const N: usize>(&self, q: &Points<N>) -> Points<N> {
+        let at = |i: usize| q[0] * self.r[i][0] + q[1] * self.r[i][1] + q[2] * self.r[i][2] + self.p[i];
+        [at(0), at(1), at(2)]
+    }
+
+    /// Returns it as a pose.
+    pub fn pose(&self) -> Pose {
+        let R = Matrix3::from_fn(|row, column| self.r[row][column]);
+        // Rows and columns are unit vectors up to rounding; what is not finite stays so.
+        let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(R));
+        Pose::from_parts(Vec3::from(self.p).into(), q)
     }
 }
 
@@ -167,63 +220,58 @@ impl<const N: usize> Poses<N> {
     /// The same pose in every lane.
     #[inline(always)]
     pub fn all(X: &Fixed) -> Self {
+        let row = |v: &[f64; 3]| [Lanes::all(v[0]), Lanes::all(v[1]), Lanes::all(v[2])];
         Poses {
-            r: from_fn(|i| from_fn(|j| Lanes::all(X.r[i][j]))),
-            p: from_fn(|i| Lanes::all(X.p[i])),
+            r: [row(&X.r[0]), row(&X.r[1]), row(&X.r[2])],
+            p: row(&X.p),
         }
     }
 
-    /// Composes with a fixed transform.
+    /// Becomes the composition of a pose and a fixed transform.
     #[inline(always)]
-    pub fn then(&self, X: &Fixed) -> Self {
-        Poses {
-            r: from_fn(|i| from_fn(|j| self.r[i][0] * X.r[0][j] + self.r[i][1] * X.r[1][j] + self.r[i][2] * X.r[2][j])),
-            p: self.of(&X.p),
+    pub fn set(&mut self, of: &Self, X: &Fixed) {
+        for i in 0..3 {
+            let row = &of.r[i];
+            for j in 0..3 {
+                self.r[i][j] = row[0] * X.r[0][j] + row[1] * X.r[1][j] + row[2] * X.r[2][j];
+            }
+            self.p[i] = row[0] * X.p[0] + row[1] * X.p[1] + row[2] * X.p[2] + of.p[i];
         }
     }
 
     /// Maps a point of the inner frame.
     #[inline(always)]
     pub fn of(&self, q: &[f64; 3]) -> Points<N> {
-        from_fn(|i| self.r[i][0] * q[0] + self.r[i][1] * q[1] + self.r[i][2] * q[2] + self.p[i])
-    }
-
-    /// Maps points of the outer frame into the inner one.
-    #[inline(always)]
-    pub fn inverse_of(&self, q: &Points<N>) -> Points<N> {
-        let d: Points<N> = from_fn(|i| q[i] - self.p[i]);
-        from_fn(|j| d[0] * self.r[0][j] + d[1] * self.r[1][j] + d[2] * self.r[2][j])
+        let at = |i: usize| self.r[i][0] * q[0] + self.r[i][1] * q[1] + self.r[i][2] * q[2] + self.p[i];
+        [at(0), at(1), at(2)]
     }
 
     /// Turns about the inner z axis.
     #[inline(always)]
-    pub fn turned(&self, sin: Lanes<N>, cos: Lanes<N>) -> Self {
-        Poses {
-            r: from_fn(|i| {
-                let [x, y, z] = self.r[i];
-                [x * cos + y * sin, y * cos - x * sin, z]
-            }),
-            p: self.p,
+    pub fn turn(&mut self, sin: &Lanes<N>, cos: &Lanes<N>) {
+        for row in &mut self.r {
+            let [x, y] = [row[0], row[1]];
+            row[0] = x * *cos + y * *sin;
+            row[1] = y * *cos - x * *sin;
         }
     }
 
     /// Slides along the inner z axis.
     #[inline(always)]
-    pub fn slid(&self, by: Lanes<N>) -> Self {
-        Poses {
-            r: self.r,
-            p: from_fn(|i| self.p[i] + self.r[i][2] * by),
+    pub fn slide(&mut self, by: &Lanes<N>) {
+        for (p, row) in self.p.iter_mut().zip(&self.r) {
+            *p = *p + row[2] * *by;
         }
     }
 
     /// Returns the pose of one configuration.
-    pub fn lane(&self, i: usize) -> Pose {
-        let at = |v: &Lanes<N>| v.0[i];
-        let R = Matrix3::from_fn(|row, column| at(&self.r[row][column]));
-        let p = Vec3::new(at(&self.p[0]), at(&self.p[1]), at(&self.p[2]));
-        // Rows and columns are unit vectors up to rounding; what is not finite stays so.
-        let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(R));
-        Pose::from_parts(p.into(), q)
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Fixed {
+        let row = |v: &Points<N>| [v[0].0[i], v[1].0[i], v[2].0[i]];
+        Fixed {
+            r: [row(&self.r[0]), row(&self.r[1]), row(&self.r[2])],
+            p: row(&self.p),
+        }
     }
 }
 
@@ -271,13 +319,16 @@ pub fn sin_cos<const N: usize>(angle: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
         c = c * x + d;
     }
     let c = c * x + 1.0;
-    let quarter: [u64; N] = from_fn(|i| shifted.0[i].to_bits());
-    let pick = |i: usize, first: f64, second: f64, sign: u64| {
-        let v = if quarter[i] & 1 == 0 { first } else { second };
-        f64::from_bits(v.to_bits() ^ (sign & 2) << 62)
-    };
-    let mut sin = Lanes(from_fn(|i| pick(i, s.0[i], c.0[i], quarter[i])));
-    let mut cos = Lanes(from_fn(|i| pick(i, c.0[i], s.0[i], quarter[i].wrapping_add(1))));
+    let (mut sin, mut cos) = (s, c);
+    for i in 0..N {
+        let quarter = shifted.0[i].to_bits();
+        // All bits where sine and cosine change places.
+        let swap = (quarter & 1).wrapping_neg();
+        let (a, b) = (s.0[i].to_bits(), c.0[i].to_bits());
+        let differ = (a ^ b) & swap;
+        sin.0[i] = f64::from_bits(a ^ differ ^ (quarter & 2) << 62);
+        cos.0[i] = f64::from_bits(b ^ differ ^ (quarter.wrapping_add(1) & 2) << 62);
+    }
     if angle.abs().not_above(LARGEST) != (1 << N) - 1 {
         for i in 0..N {
             if angle.0[i].abs() > LARGEST {

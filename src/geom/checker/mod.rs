@@ -9,6 +9,7 @@
 //! Does not know why two things may touch: the caller says so, pair by pair. Does not sweep: what lies between two configurations is not seen.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
+mod covers;
 mod lanes;
 mod pass;
 mod rig;
@@ -17,7 +18,9 @@ mod sweep;
 use std::sync::Arc;
 
 use super::Pose;
+use super::collide::within;
 use super::cover::Form;
+use covers::SURE;
 use lanes::{Fixed, Lanes};
 use pass::{Scratch, Until};
 use rig::PlacedJoint;
@@ -51,16 +54,12 @@ pub struct Checker {
     /// The tree's configuration; the checked dofs count for nothing.
     rest: Vec<f64>,
     moving: Vec<Moving>,
-    /// Of all moving bodies, in the frames after their joints.
-    balls: Vec<MovedBall>,
     standing: Vec<Standing>,
     sweep: Sweep,
     /// By moving body and word: the standing ones that it has to keep away from.
     masks: Vec<u64>,
     /// By moving and standing body [m].
     margins: Vec<f64>,
-    /// The largest of each moving body's [m].
-    most_margin: Vec<f64>,
     inner: Vec<Inner>,
     alone: Scratch<1>,
     together: Scratch<LANES>,
@@ -73,20 +72,11 @@ struct Moving {
     item: Item,
     joint: usize,
     X_NS: Fixed,
-    X_NS_pose: Pose,
     form: Arc<Form>,
-    whole: MovedBall,
-    /// Its place in `Checker::balls`.
-    first: usize,
-    last: usize,
-}
-
-/// A ball of a cover, its centre in the frame after a joint [m].
-#[derive(Debug, Clone, Copy)]
-struct MovedBall {
-    p: [f64; 3],
-    radius: f64,
-    within: f64,
+    /// The centre of the ball around it, in its own frame [m].
+    centre: [f64; 3],
+    /// The most that it has to keep away from something standing [m].
+    most_margin: f64,
 }
 
 /// A body that stands.
@@ -104,6 +94,8 @@ struct Inner {
     a: usize,
     b: usize,
     margin: f64,
+    /// Farther apart than this, the balls around both say that they are free [m].
+    most: f64,
     /// Whether the balls of the second are tested against the shape of the first, not the other way round.
     by_second: bool,
 }
@@ -127,12 +119,10 @@ impl Checker {
             rig: Arc::clone(rig),
             rest: q.to_vec(),
             moving: Vec::new(),
-            balls: Vec::new(),
             standing: Vec::new(),
             sweep: Sweep::default(),
             masks: Vec::new(),
             margins: Vec::new(),
-            most_margin: Vec::new(),
             inner: Vec::new(),
             alone: Scratch::default(),
             together: Scratch::default(),
@@ -155,22 +145,13 @@ impl Checker {
     }
 
     fn add_moving(&mut self, item: Item, joint: usize, X_NS: &Pose, form: &Arc<Form>) {
-        let moved = |ball: &super::cover::Ball| MovedBall {
-            p: (X_NS * nalgebra::Point3::from(ball.centre)).into(),
-            radius: ball.radius,
-            within: ball.within,
-        };
-        let first = self.balls.len();
-        self.balls.extend(form.balls().iter().map(moved));
         self.moving.push(Moving {
             item,
             joint,
             X_NS: Fixed::new(X_NS),
-            X_NS_pose: *X_NS,
-            whole: moved(form.whole()),
             form: Arc::clone(form),
-            first,
-            last: self.balls.len(),
+            centre: form.whole().centre.into(),
+            most_margin: 0.0,
         });
     }
 
@@ -189,22 +170,23 @@ impl Checker {
         let (n, words) = (self.standing.len(), self.sweep.words());
         self.masks = vec![0; self.moving.len() * words];
         self.margins = vec![0.0; self.moving.len() * n];
-        for (i, a) in self.moving.iter().enumerate() {
-            let mut most = 0.0;
+        for (i, a) in self.moving.iter_mut().enumerate() {
             for (j, b) in self.standing.iter().enumerate() {
                 if let Some(m) = margin(a.item, b.item) {
                     self.masks[i * words + j / 64] |= 1 << (j % 64);
                     self.margins[i * n + j] = m;
-                    most = f64::max(most, m);
+                    a.most_margin = a.most_margin.max(m);
                 }
             }
-            self.most_margin.push(most);
+        }
+        for (i, a) in self.moving.iter().enumerate() {
             for (j, b) in self.moving.iter().enumerate().skip(i + 1) {
                 if let Some(margin) = margin(a.item, b.item) {
                     self.inner.push(Inner {
                         a: i,
                         b: j,
                         margin,
+                        most: a.form.whole().radius + b.form.whole().radius + margin + SURE,
                         by_second: a.form.excess() > b.form.excess(),
                     });
                 }
@@ -241,7 +223,7 @@ impl Checker {
                 *word = if margin.is_some() { *word | bit } else { *word & !bit };
                 let row = i * self.standing.len()..(i + 1) * self.standing.len();
                 self.margins[row.start + j] = margin.unwrap_or(0.0);
-                self.most_margin[i] = self.margins[row].iter().copied().fold(0.0, f64::max);
+                self.moving[i].most_margin = self.margins[row].iter().copied().fold(0.0, f64::max);
                 return;
             }
         }
@@ -252,6 +234,7 @@ impl Checker {
         match margin {
             Some(margin) => {
                 for pair in self.inner.iter_mut().filter(|p| is_pair(p)) {
+                    pair.most += margin - pair.margin;
                     pair.margin = margin;
                 }
             }
@@ -273,13 +256,31 @@ impl Checker {
 
     /// Says of each of eight configurations whether it is free; `q[i][k]` is the value of dof `i` in configuration `k`.
     pub fn are_free(&mut self, q: &[[f64; LANES]]) -> [bool; LANES] {
+        self.n_checks += LANES as u64;
         let hit = self.eight(q, Until::Decided);
         std::array::from_fn(|k| hit >> k & 1 == 0)
     }
 
-    /// Says whether all of eight configurations are free; ends early when one is not. `q` as in [`Checker::are_free`].
-    pub fn all_free(&mut self, q: &[[f64; LANES]]) -> bool {
-        self.eight(q, Until::FirstHit) == 0
+    /// Says whether all configurations are free, which stand one after the other in `qs`; ends early when one is not.
+    pub fn all_free(&mut self, qs: &[f64]) -> bool {
+        let n = self.dofs().len();
+        if n == 0 {
+            return self.is_free(&[]);
+        }
+        qs.chunks(n * LANES).all(|some| {
+            let rows: Vec<&[f64]> = some.chunks_exact(n).collect();
+            match rows.as_slice() {
+                [] => true,
+                [q] => self.is_free(q),
+                // The last one fills the lanes that are left.
+                [.., last] => {
+                    let of = |k: usize| rows.get(k).unwrap_or(last);
+                    let columns: Vec<[f64; LANES]> = (0..n).map(|i| std::array::from_fn(|k| of(k)[i])).collect();
+                    self.n_checks += rows.len() as u64;
+                    self.eight(&columns, Until::FirstHit) == 0
+                }
+            }
+        })
     }
 
     fn eight(&mut self, q: &[[f64; LANES]], until: Until) -> u32 {
@@ -288,12 +289,11 @@ impl Checker {
         scratch.q.extend(q.iter().map(|v| Lanes(*v)));
         let hit = self.pass(&mut scratch, until);
         self.together = scratch;
-        self.n_checks += LANES as u64;
         hit
     }
 
     /// Returns who is too near to whom at `q`: a moving body and an obstacle in the order in which they were given, then two moving bodies.
-    pub fn hits(&mut self, q: &[f64]) -> Vec<(Item, Item)> {
+    pub fn hits(&self, q: &[f64]) -> Vec<(Item, Item)> {
         let mut found = Vec::new();
         self.each_hit(q, &mut |a, b| {
             found.push((a, b));
@@ -303,12 +303,33 @@ impl Checker {
     }
 
     /// Returns the first of [`Checker::hits`].
-    pub fn first_hit(&mut self, q: &[f64]) -> Option<(Item, Item)> {
+    pub fn first_hit(&self, q: &[f64]) -> Option<(Item, Item)> {
         let mut found = None;
         self.each_hit(q, &mut |a, b| {
             found = Some((a, b));
             false
         });
         found
+    }
+
+    /// Returns the moving and standing bodies that have to keep apart and are within `margin` [m] of each other at `q`, whatever margin they have.
+    pub fn near(&self, q: &[f64], margin: f64) -> Vec<(Item, Item)> {
+        self.standing_near(q, margin)
+    }
+
+    /// Returns the first standing body that a form at a pose touches, of those of which `counts` says so.
+    pub fn touched(&self, form: &Form, X_WS: &Pose, counts: &dyn Fn(Item) -> bool) -> Option<Item> {
+        let (low, high) = form.bounds(X_WS);
+        let centre: [f64; 3] = (0.5 * (low + high)).into();
+        let rows = self.sweep.rows(&centre, 0.5 * (high - low).max() + SURE);
+        for (j, other) in self.standing.iter().enumerate() {
+            if rows.word(j / 64) >> (j % 64) & 1 == 1
+                && counts(other.item)
+                && within(form.solid(), X_WS, other.form.solid(), &other.X_WS, 0.0)
+            {
+                return Some(other.item);
+            }
+        }
+        None
     }
 }

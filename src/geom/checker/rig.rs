@@ -158,23 +158,25 @@ impl PlacedJoint {
 /// Computes the poses after each joint, in the world; `q` by column, `rest` by dof.
 #[inline(always)]
 pub(super) fn place<const N: usize>(joints: &[PlacedJoint], q: &[Lanes<N>], rest: &[f64], X_WN: &mut Vec<Poses<N>>) {
-    X_WN.clear();
-    for joint in joints {
+    X_WN.resize(joints.len(), Poses::all(&Fixed::new(&Pose::identity())));
+    for (k, joint) in joints.iter().enumerate() {
         let value = match joint.source {
             Source::Column(i) => q.get(i).copied().unwrap_or(Lanes::all(0.0)),
             Source::Rest(dof) => Lanes::all(rest.get(dof).copied().unwrap_or(0.0)),
         };
         let value = value * joint.scale + joint.offset;
         // INVARIANT of `Tree`: the parent comes before the child.
-        let before = match joint.parent.and_then(|p| X_WN.get(p)) {
-            Some(X) => X.then(&joint.X),
-            None => Poses::all(&joint.X),
-        };
-        X_WN.push(if joint.slides {
-            before.slid(value)
+        let (before, from) = X_WN.split_at_mut(k);
+        let Some(X) = from.first_mut() else { continue };
+        match joint.parent.and_then(|p| before.get(p)) {
+            Some(parent) => X.set(parent, &joint.X),
+            None => *X = Poses::all(&joint.X),
+        }
+        if joint.slides {
+            X.slide(&value);
         } else {
             let (sin, cos) = sin_cos(value);
-            before.turned(sin, cos)
-        });
+            X.turn(&sin, &cos);
+        }
     }
 }

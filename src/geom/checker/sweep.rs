@@ -80,24 +80,49 @@ impl Sweep {
     /// The slot of a coordinate; the first or the last for what lies outside, the first for NaN.
     #[inline(always)]
     fn slot(&self, axis: usize, v: f64) -> usize {
-        (((v - self.lower[axis]) * self.scale[axis]) as usize).min(SLOTS - 1)
+        let at = ((v - self.lower[axis]) * self.scale[axis])
+            .min(SLOTS as f64 - 1.0)
+            .max(0.0);
+        // Rounded to an integer, which then stands in the lowest bits: never decreasing, which is all that matters.
+        (at + ROUND).to_bits() as usize % SLOTS
     }
 
-    /// Calls `found` with each word of the row of things that may meet the box about `p` with half sides `r` [m].
+    /// Finds the things that may meet the box about `p` with half sides `r` [m]; all of them where `p` is not finite.
     #[inline(always)]
-    pub fn near(&self, p: [f64; 3], r: f64, mut found: impl FnMut(usize, u64)) {
+    pub fn rows(&self, p: &[f64; 3], r: f64) -> Rows<'_> {
         let mut at = [(0, 0); 3];
         for axis in 0..3 {
             let (first, last) = (self.slot(axis, p[axis] - r), self.slot(axis, p[axis] + r));
             at[axis] = ((axis * SLOTS + last) * self.words, (axis * SLOTS + first) * self.words);
         }
-        for w in 0..self.words {
-            let mut bits = !0;
-            for (begun, open) in at {
-                bits &= self.begun[begun + w] & self.open[open + w];
-            }
-            found(w, bits);
+        Rows {
+            sweep: self,
+            at,
+            is_finite: (p[0] + p[1] + p[2]).is_finite(),
         }
+    }
+}
+
+/// Adding it rounds to an integer.
+const ROUND: f64 = 4_503_599_627_370_496.0;
+
+/// The six rows of a box.
+#[derive(Debug)]
+pub struct Rows<'a> {
+    sweep: &'a Sweep,
+    at: [(usize, usize); 3],
+    is_finite: bool,
+}
+
+impl Rows<'_> {
+    /// Returns the bits of the things 64 `w` to 64 `w` + 63.
+    #[inline(always)]
+    pub fn word(&self, w: usize) -> u64 {
+        if !self.is_finite {
+            return !0;
+        }
+        let both = |(begun, open): (usize, usize)| self.sweep.begun[begun + w] & self.sweep.open[open + w];
+        both(self.at[0]) & both(self.at[1]) & both(self.at[2])
     }
 }
 
@@ -125,8 +150,8 @@ mod tests {
             let mut few = 0;
             for _ in 0..500 {
                 let (p, r) = (Vec3::from_fn(|_, _| random() * 6.0 - 3.0), random() * 0.2);
-                let mut found = vec![0; sweep.words()];
-                sweep.near(p.into(), r, |w, bits| found[w] = bits);
+                let rows = sweep.rows(&p.into(), r);
+                let found: Vec<u64> = (0..sweep.words()).map(|w| rows.word(w)).collect();
                 for (i, (low, high)) in boxes.iter().enumerate() {
                     let meets = (0..3).all(|a| p[a] - r <= high[a] && p[a] + r >= low[a]);
                     let said = found[i / 64] >> (i % 64) & 1 == 1;

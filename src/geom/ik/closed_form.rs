@@ -177,7 +177,7 @@ impl ClosedForm {
         }
         scratch.angles.clear();
         six::solve(self.family, &lines, &G, &hint, &mut scratch.angles);
-        for angles in &mut scratch.angles {
+        for angles in scratch.angles.iter_mut().filter(|a| a.iter().all(|v| v.is_finite())) {
             if self.from_tool {
                 angles.reverse();
             }
@@ -188,9 +188,6 @@ impl ClosedForm {
                 angles[k] = value.max(dof.lower).min(dof.upper);
                 beyond = beyond.max((value - angles[k]).abs());
                 far = far.max((angles[k] - near[k]).abs());
-            }
-            if beyond.is_nan() {
-                continue;
             }
             if beyond > SLACK {
                 if scratch.miss.is_none_or(|(least, _)| beyond < least) {

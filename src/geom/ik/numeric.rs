@@ -34,6 +34,7 @@ pub(super) struct Search<'a> {
     columns: Vec<Twist>,
     held: Vec<bool>,
     step: Vec<f64>,
+    drawn: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -50,22 +51,22 @@ impl<'a> Search<'a> {
             columns: Vec::with_capacity(n),
             held: vec![false; n],
             step: vec![0.0; n],
+            drawn: vec![0.0; n],
         }
     }
 
     /// The nearest of some random configurations within the limits; where there are none, half a turn (or half a metre) about the seed.
     pub(super) fn draw(&mut self, q: &mut [f64], rng: &mut ChaCha8Rng) {
-        let mut drawn = vec![0.0; q.len()];
         let mut least = f64::INFINITY;
         for _ in 0..DRAWS {
-            for ((v, dof), seed) in drawn.iter_mut().zip(self.chain.dofs()).zip(&self.seed) {
+            for ((v, dof), seed) in self.drawn.iter_mut().zip(self.chain.dofs()).zip(&self.seed) {
                 let (lower, upper) = range(dof, *seed);
                 *v = lower + rng.random::<f64>() * (upper - lower);
             }
-            let cost = to_target(self.target, &self.chain.tool_pose(&drawn)).1.cost();
+            let cost = to_target(self.target, &self.chain.tool_pose(&self.drawn)).1.cost();
             if cost < least {
                 least = cost;
-                q.copy_from_slice(&drawn);
+                q.copy_from_slice(&self.drawn);
             }
         }
     }

@@ -13,7 +13,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, ComplexField, RealField, Rotation3, Unit};
+use nalgebra::{Complex, RealField, Rotation3, Unit};
 
 use super::super::kinematics::trig::sin_cos;
 use super::super::{Pose, Vec3};
@@ -97,21 +97,18 @@ fn turn(h: &Vec3, angle: f64, v: &Vec3) -> Vec3 {
     v * c + h.cross(v) * s + h * (h.dot(v) * (1.0 - c))
 }
 
-/// Turns the point `p` about the line.
-fn turn_point(line: &Line, angle: f64, p: &Vec3) -> Vec3 {
-    line.p + turn(&line.h, angle, &(p - line.p))
-}
-
 fn rotation(h: &Vec3, angle: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Unit::new_unchecked(*h), angle)
 }
+
+/// So near to an axis a point or a direction says nothing about the turn [m] or [rad]; what the turn then leaves over is polished.
+const ON_AXIS: f64 = 1e-7;
 
 /// Subproblem 1: the angle by which `from` turns about `h` towards `to`; `None` where one of them lies on the axis.
 fn angle_about(h: &Vec3, from: &Vec3, to: &Vec3) -> Option<f64> {
     let flat = |v: &Vec3| v - h * h.dot(v);
     let (a, b) = (flat(from), flat(to));
-    let scale = a.norm() * b.norm();
-    (scale > 1e-16).then(|| RealField::atan2(h.dot(&a.cross(&b)), a.dot(&b)))
+    (a.norm().min(b.norm()) > ON_AXIS).then(|| RealField::atan2(h.dot(&a.cross(&b)), a.dot(&b)))
 }
 
 /// Subproblem 4: the angles with `a cos + b sin = d`: none, or two that may be the same.
@@ -149,11 +146,21 @@ fn wrist(lines: &[Line; 6], w: &Vec3, G: &Pose, hint: &Angles, found: &mut Vec<A
             continue;
         };
         for q5 in distinct(bends) {
-            let q4 = angle_about(h4, &turn(h5, q5, h6), &(A * h6)).unwrap_or(hint[3]);
-            let last = (rotation(h4, q4) * rotation(h5, q5)).inverse() * A;
             let across = h6.cross(&least_along(h6)).normalize();
-            let q6 = angle_about(h6, &across, &(last * across)).unwrap_or(hint[5]);
-            found.push([*q1, *q2, *q3, q4, q5, q6]);
+            let last = |q4: f64| {
+                let R6 = (rotation(h4, q4) * rotation(h5, q5)).inverse() * A;
+                angle_about(h6, &across, &(R6 * across)).unwrap_or(hint[5])
+            };
+            let bent = turn(h5, q5, h6);
+            match angle_about(h4, &bent, &(A * h6)) {
+                Some(q4) => found.push([*q1, *q2, *q3, q4, q5, last(q4)]),
+                // Joints 4 and 6 turn about one line. Where the hint's share breaks a limit, half and half may not.
+                None => {
+                    let half = 0.5 * last(0.0);
+                    found.push([*q1, *q2, *q3, hint[3], q5, last(hint[3])]);
+                    found.push([*q1, *q2, *q3, half * bent.dot(h4).signum(), q5, half]);
+                }
+            }
         }
     }
 }
@@ -350,7 +357,7 @@ fn quartic(c: &[Complex<f64>; 4]) -> [Complex<f64>; 4] {
             let slope = ((z * 4.0 + c[3] * 3.0) * z + c[2] * 2.0) * z + c[1];
             let others = (0..4)
                 .filter(|j| *j != i)
-                .map(|j| (z - roots[j]).finv())
+                .map(|j| (z - roots[j]).inv())
                 .fold(Complex::new(0.0, 0.0), |sum, v| sum + v);
             let step = value / (slope - value * others);
             if step.is_finite() {

@@ -8,7 +8,7 @@
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 use super::lanes::{Eight, Lanes};
-use super::trig::{are_near, near, sin_cos};
+use super::trig::{sin_cos, sin_cos_x8};
 use super::{Joint, JointKind};
 use crate::geom::{Pose, Vec3};
 
@@ -68,19 +68,11 @@ impl Hinge {
     /// Eight times [`Hinge::at`].
     #[inline(always)]
     pub(super) fn at_x8(&self, v: &[f64; 8]) -> Rigid<Eight> {
-        let v_all = Eight(*v);
         let (s, c) = match self.kind {
-            JointKind::Revolute if are_near(v) => near(v_all * Eight::of(0.5)),
-            JointKind::Revolute => {
-                let (mut s, mut c) = ([0.0; 8], [0.0; 8]);
-                for l in 0..8 {
-                    (s[l], c[l]) = sin_cos(0.5 * v[l]);
-                }
-                (Eight(s), Eight(c))
-            }
+            JointKind::Revolute => sin_cos_x8(&halves(v)),
             JointKind::Fixed | JointKind::Prismatic => (Eight::of(0.0), Eight::of(0.0)),
         };
-        self.turned(v_all, s, c)
+        self.turned(Eight(*v), s, c)
     }
 
     /// `s` and `c` are sine and cosine of half of `v`.
@@ -108,6 +100,15 @@ impl Hinge {
             },
         }
     }
+}
+
+#[inline(always)]
+fn halves(v: &[f64; 8]) -> [f64; 8] {
+    let mut halves = *v;
+    for h in &mut halves {
+        *h *= 0.5;
+    }
+    halves
 }
 
 /// A pose, or several: translation, and unit quaternion x, y, z, w.

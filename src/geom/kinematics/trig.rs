@@ -7,7 +7,7 @@
 
 use nalgebra::ComplexField;
 
-use super::lanes::Lanes;
+use super::lanes::{Eight, Lanes};
 
 /// Up to here the multiple of the first part of pi/2, of 33 bits, is exact [rad].
 const FAR: f64 = 1e6;
@@ -49,15 +49,22 @@ fn far(angle: f64) -> (f64, f64) {
     ComplexField::sin_cos(angle)
 }
 
-/// Whether all of them are where [`near`] holds.
+/// Returns sines and cosines of eight angles [rad], each as [`sin_cos`] has them.
 #[inline(always)]
-pub(super) fn are_near(angles: &[f64; 8]) -> bool {
-    angles.iter().fold(true, |near, a| near & (a.abs() <= FAR))
+pub(super) fn sin_cos_x8(angles: &[f64; 8]) -> (Eight, Eight) {
+    if angles.iter().fold(true, |near, a| near & (a.abs() <= FAR)) {
+        return near(Eight(*angles));
+    }
+    let (mut s, mut c) = ([0.0; 8], [0.0; 8]);
+    for l in 0..8 {
+        (s[l], c[l]) = sin_cos(angles[l]);
+    }
+    (Eight(s), Eight(c))
 }
 
 /// Without branches, for |angle| <= [`FAR`].
 #[inline(always)]
-pub(super) fn near<T: Lanes>(angle: T) -> (T, T) {
+fn near<T: Lanes>(angle: T) -> (T, T) {
     let of = T::of;
     let round = |v: T| (v + of(ROUND)) - of(ROUND);
     // angle = (2 h + j) pi/2 + r with j in -1, 0, 1.

@@ -43,6 +43,8 @@ pub trait Goal {
     fn metres_left(&self, place: Place) -> f64;
     /// Returns the heading to end with, if this is where to; within half a lattice turn of `at.heading`, if it has one.
     fn accepts(&mut self, at: &Arrival) -> Option<f64>;
+    /// Hears that the way to what it accepted last was not free, so that it may be accepted again by another one.
+    fn take_back(&mut self) {}
     /// Returns whether nothing will be accepted any more.
     fn is_over(&self) -> bool;
 }
@@ -160,6 +162,7 @@ pub fn search(grid: &Grid, floor: &mut dyn Floor, goal: &mut dyn Goal, settings:
             }
             Err(Wrong::Move(a)) => {
                 search.blocked.insert(a);
+                goal.take_back();
             }
             Err(Wrong::Arrival(a)) => {
                 search.refused.insert(a);

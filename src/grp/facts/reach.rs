@@ -207,7 +207,7 @@ impl Limb<'_> {
         let mut space = self.space(&open);
         for (grasp, why) in grasps.iter().zip(&mut why).filter(|(_, w)| is_open(w)) {
             if !space.hand_is_free(&(X_WO * grasp.X_OT))
-                && let Some((a, b)) = space.hit
+                && let Some((a, b)) = space.hit()
             {
                 *why = Obstacle::Hand(a, b);
             }
@@ -295,7 +295,7 @@ impl Limb<'_> {
             &mut self.tries(),
             &mut |q| {
                 let is_free = space.check(q);
-                if let Some(hit) = space.hit.filter(|hit| !is_free && !hits.contains(hit)) {
+                if !is_free && let Some(hit) = space.hit().filter(|hit| !hits.contains(hit)) {
                     hits.push(hit);
                 }
                 is_free

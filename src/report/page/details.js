@@ -7,7 +7,11 @@ function actionFacts(plan, action) {
   facts.push(["when", `${action.start.toFixed(2)} – ${action.end.toFixed(2)} s, lasts ${action.duration.map(number).join(" to ")} s`]);
   const { geometry } = action;
   if (geometry) {
-    facts.push(["hand", `${geometry.arm}, grasp ${geometry.grasp}`]);
+    if (geometry.arm) facts.push(["hand", `${geometry.arm}, grasp ${geometry.grasp}`]);
+    if (geometry.stand) {
+      const { x, y, yaw } = geometry.stand;
+      facts.push(["stand", `at (${number(x)}, ${number(y)}) m, ${Math.round((yaw * 180) / Math.PI)}°`]);
+    }
     if (geometry.placement) {
       const { on, support, stable, x, y } = geometry.placement;
       facts.push(["place", `${support} of ${on}, ${stable}, at (${number(x)}, ${number(y)}) m`]);

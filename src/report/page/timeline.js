@@ -28,11 +28,12 @@ function addGeometry(timeline, scene, action) {
   let start = action.start;
   for (const sub of geometry.sub_actions) {
     const { joints, times, positions } = sub.trajectory;
-    const dofs = joints.map((name) => agent.dofs.indexOf(name));
+    const isBase = sub.motion === "base";
+    const dofs = isBase ? [0, 1, 2] : joints.map((name) => agent.dofs.indexOf(name));
     const unknown = joints.filter((_, j) => dofs[j] < 0);
     if (unknown.length > 0) timeline.problems.push(`the plan moves ${unknown.join(", ")}, which ${agent.id} does not have`);
     const end = start + (times.length > 0 ? times[times.length - 1] : 0);
-    timeline.segments.push({ action: action.index, name: sub.name, agent: agentIndex, arm: armIndex, start, end, dofs, times, positions });
+    timeline.segments.push({ action: action.index, name: sub.name, agent: agentIndex, arm: armIndex, isBase, start, end, dofs, times, positions });
     if (sub.change) addChange(timeline, scene, sub.change, end, agentIndex, armIndex);
     start = end;
   }
@@ -76,9 +77,26 @@ function configurationsAt(start, timeline, t) {
   const configurations = start.agents.map((a) => a.q.slice());
   for (const segment of timeline.segments) {
     if (segment.start > t) break;
-    applySegment(segment, t, configurations[segment.agent]);
+    if (!segment.isBase) applySegment(segment, t, configurations[segment.agent]);
   }
   return configurations;
+}
+
+/** Returns X_WB of all agents at time t [s]: a base goes on its floor, x, y and heading. */
+function basesAt(start, timeline, t) {
+  const bases = start.agents.map((a) => a.base);
+  for (const segment of timeline.segments) {
+    if (segment.start > t) break;
+    if (!segment.isBase || segment.times.length === 0) continue;
+    const pose = [0, 0, 0];
+    applySegment(segment, t, pose);
+    const [x, y, yaw] = pose;
+    bases[segment.agent] = {
+      position: [x, y, bases[segment.agent].position[2]],
+      quaternion: [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)],
+    };
+  }
+  return bases;
 }
 
 /** Returns X_WT of an arm's tool, given X_WL of the agent's links. */
@@ -90,7 +108,8 @@ function toolPose(arm, X_WL) {
 function worldAt(scene, timeline, t) {
   const { start } = scene;
   const q = configurationsAt(start, timeline, t);
-  const links = scene.agents.map((agent, a) => linkPoses(agent, start.agents[a].base, q[a]));
+  const bases = basesAt(start, timeline, t);
+  const links = scene.agents.map((agent, a) => linkPoses(agent, bases[a], q[a]));
   const stands = start.objects.map((object) => ({ pose: object.pose, held: object.held }));
   for (const change of timeline.changes) {
     if (change.time > t) break;
@@ -115,17 +134,27 @@ function segmentAt(timeline, action, t) {
   return own[own.length - 1];
 }
 
-/** Returns the tool's way during an action, as points [x, y, z]; none when it moves no arm. */
+/** Returns the way of the tool during an action, or of the base, as points [x, y, z]; none where neither moves. */
 function toolPath(scene, timeline, action) {
-  const own = timeline.segments.filter((s) => s.action === action.index && s.arm >= 0);
+  const all = timeline.segments.filter((s) => s.action === action.index);
+  const goes = all.some((s) => s.isBase);
+  const own = all.filter((s) => (goes ? s.isBase : s.arm >= 0));
   if (own.length === 0) return [];
   const { agent, arm, start } = own[0];
   const { end } = own[own.length - 1];
   const steps = Math.min(400, Math.max(2, Math.ceil((end - start) / 0.03)));
   const path = [];
   for (let i = 0; i <= steps; i++) {
-    const q = configurationsAt(scene.start, timeline, start + ((end - start) * i) / steps)[agent];
-    const X_WL = linkPoses(scene.agents[agent], scene.start.agents[agent].base, q);
+    const t = start + ((end - start) * i) / steps;
+    const X_WB = basesAt(scene.start, timeline, t)[agent];
+    if (goes) {
+      // A little above the floor, where it can be seen.
+      const [x, y, z] = X_WB.position;
+      path.push([x, y, z + 0.01]);
+      continue;
+    }
+    const q = configurationsAt(scene.start, timeline, t)[agent];
+    const X_WL = linkPoses(scene.agents[agent], X_WB, q);
     path.push(toolPose(scene.agents[agent].arms[arm], X_WL).position);
   }
   return path;
