@@ -195,7 +195,7 @@ impl<'a> Grp<'a> {
     }
 
     fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
-        Description::new(self.scene, domain, geometric(domain, call)?, call.args)
+        Description::new(self.scene, domain, geometric(domain, call)?, call)
     }
 
     /// Returns the number of the action in the current world state, started now if it was not before.
@@ -218,6 +218,9 @@ impl<'a> Grp<'a> {
         // As many as most actions have: a shorter list is filled up.
         for at in 0..description.entities.len().max(4) {
             key = key.number(description.number_of(at));
+        }
+        if !description.given.text.is_empty() {
+            key = key.text(&description.given.text);
         }
         let key = key.state(&state);
         let constraints = Constraints::new(self.scene, domain, call.constraints);
