@@ -58,8 +58,17 @@ const DAMAGES: &[Damage] = &[
                 .iter_mut()
                 .for_each(|t| *t /= 2.0)
         },
-        "acceleration",
+        "jerk",
         Some(2),
+    ),
+    (
+        "a motion is a tenth faster",
+        |plan| {
+            let times = &mut sub_action(plan, 0, "approach").trajectory.times;
+            times.iter_mut().for_each(|t| *t /= 1.1);
+        },
+        "jerk",
+        Some(0),
     ),
     (
         "the object is let go of in the air",

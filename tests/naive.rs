@@ -322,6 +322,6 @@ fn the_domains_are_worth_comparing() {
         jumped += usize::from(row.outcome.statistics.jumps > 0);
     }
     let counts = [whole, none, several, long, priced, jumped];
-    let least = [200, 60, 40, 15, 30, 10];
+    let least = [200, 60, 40, 15, 30, 15];
     assert!(counts.iter().zip(least).all(|(n, least)| *n >= least), "{counts:?}");
 }

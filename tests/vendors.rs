@@ -1,4 +1,5 @@
-//! Robots as their makers describe them: what loads, where their links are, and a Pick with each of five.
+//! Robots as their makers describe them: what loads, where their links are and that they stand on the floor, and a Pick with each of six.
+//! And a human whose description has Y up and visual meshes alone.
 //!
 //! The descriptions are the package `example-robot-data` (PyPI, 131 MB), which is no part of this one: the folder that holds it is
 //! named by ROS_PACKAGE_PATH. Without it these tests say that they were skipped. `.ci/run` installs it where it can.
@@ -6,10 +7,14 @@
 #![expect(clippy::unwrap_used, reason = "tests may unwrap")]
 #![expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 
+#[path = "world/lowest.rs"]
+mod lowest;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use lowest::lowest;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +27,7 @@ use sgap::source::{Files, Sources};
 use sgap::world::{self, World};
 
 const PACKAGE: &str = "example-robot-data";
-const ROBOTS: [&str; 5] = ["panda", "ur5", "pr2", "tiago_pro", "talos"];
+const ROBOTS: [&str; 6] = ["panda", "ur5", "pr2", "tiago", "tiago_pro", "talos"];
 
 /// Returns the folder that holds the package, or says that a test is skipped.
 fn packages() -> Option<PathBuf> {
@@ -192,6 +197,35 @@ fn links_are_where_pinocchio_puts_them() {
     }
 }
 
+#[test]
+fn they_stand_on_the_floor() {
+    let Some(packages) = packages() else { return };
+    for robot in ROBOTS {
+        let (world, problems, sources) = load(&format!("tests/vendors/{robot}_pick.toml"), &packages, &[]);
+        let world = world.unwrap_or_else(|| panic!("{}", render::render(&problems, &sources, false)));
+        let lowest = lowest(&world, 0);
+        assert!(lowest.abs() < 0.02, "{robot} stands at {lowest}");
+    }
+}
+
+#[test]
+fn the_human_of_the_package_stands_sees_and_reaches() {
+    let Some(packages) = packages() else { return };
+    let path = "tests/vendors/human_sees.toml";
+    let (world, problems, sources) = load(path, &packages, &[]);
+    let world = world.unwrap_or_else(|| panic!("{}", render::render(&problems, &sources, false)));
+    let human = &world.scene.agents[0];
+    assert_eq!(human.tree.dofs.len(), 36);
+    assert!(human.bodies.iter().all(|b| matches!(b.shape, Shape::Hull(_))));
+    let lowest = lowest(&world, 0);
+    assert!(lowest.abs() < 0.005, "stands at {lowest}");
+    let facts = sgap(&packages, &["facts", path]);
+    let said = String::from_utf8_lossy(&facts.stdout).into_owned();
+    for fact in ["isReachable(CUP, H)", "isVisible(CUP, H)"] {
+        assert!(said.contains(fact), "{fact}:\n{said}");
+    }
+}
+
 /// How many joints of its arm are held while the others are solved for in closed form. TIAGo Pro's description has the errors of
 /// calibration in its axes: none of them meet or are parallel.
 const HELD: [(&str, Option<usize>); 5] = [
@@ -228,11 +262,14 @@ fn their_arms_are_solved() {
             let mut rng = ChaCha8Rng::seed_from_u64(2);
             for (q, seed) in poses {
                 let X_KT = chain.tool_pose(&q);
-                let again = form.unwrap().solve(&chain, &X_KT, &q);
-                assert!(
-                    again[0].iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6),
-                    "{robot}: {q:?}"
-                );
+                let again = form.map_or_else(Vec::new, |form| form.solve(&chain, &X_KT, &q));
+                if let Some(first) = again.first() {
+                    assert!(
+                        first.iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6),
+                        "{robot}: {q:?}"
+                    );
+                }
+                assert_eq!(again.is_empty(), form.is_none(), "{robot}: {q:?}");
                 for s in &again {
                     let off = X_KT.inv_mul(&chain.tool_pose(s));
                     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.imag().norm() < 1e-9);

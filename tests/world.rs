@@ -4,6 +4,10 @@
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 #![expect(clippy::unwrap_used, reason = "tests may unwrap")]
 
+#[path = "world/lowest.rs"]
+mod lowest;
+#[path = "world/models.rs"]
+mod models;
 #[path = "world/random.rs"]
 mod random;
 
@@ -250,22 +254,6 @@ fn the_shipped_worlds_load() {
         assert!(contacts(&world.scene, &world.start, 1e-6).is_empty());
         let (task, span) = world.task.unwrap();
         assert_eq!(&std::fs::read_to_string(path).unwrap()[span.range()], task);
-    }
-}
-
-#[test]
-fn every_posture_of_the_models_is_free_of_collisions() {
-    let mut world = world("worlds/three_objects.toml");
-    for a in 0..world.scene.agents.len() {
-        let start = world.start.clone();
-        // Alone in the world, so that only the posture counts.
-        world.start.agents[a].X_WB = Pose::translation(50.0, 0.0, 0.0);
-        for (name, q) in world.scene.agents[a].postures.clone() {
-            world.start.agents[a].q = q;
-            let found = contacts(&world.scene, &world.start, 1e-6);
-            assert!(found.is_empty(), "{name}: {found:?}");
-        }
-        world.start = start;
     }
 }
 

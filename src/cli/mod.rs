@@ -134,10 +134,13 @@ enum Command {
   sgap import domains/transport.hddl domains/transport_1.hddl -o transport.hatp
   sgap plan transport.hatp --task 'Problem()'")]
     Import(import::Options),
-    /// Print every geometric fact of a world's start state
+    /// Print every geometric fact of a world, at the start or after a plan; or answer single questions and say why
     #[command(after_help = "Examples:
   sgap facts worlds/three_objects.toml
-  sgap facts worlds/three_objects.toml --all --json")]
+  sgap facts worlds/three_objects.toml --all --json
+  sgap facts worlds/three_objects.toml 'isReachable(RED_CUBE, BOB)' 'distance(RED_CUBE, TABLE)'
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
+  sgap facts worlds/three_objects.toml --after plan.json --actions 2 --changed")]
     Facts(facts::Options),
     /// Write a page that shows a plan, or a world alone, in 3D
     ///
@@ -165,6 +168,10 @@ enum Command {
   sgap new kitchen
   sgap plan kitchen/kitchen.hatp kitchen/kitchen.toml")]
     New(new::Options),
+    /// Print the JSON schema of plan documents
+    #[command(after_help = "Examples:
+  sgap schema > sgap-plan.schema.json")]
+    Schema,
     /// Print what a shell needs to complete this program's commands and options
     #[command(after_help = "Examples:
   sgap completions bash > ~/.local/share/bash-completion/completions/sgap
@@ -402,6 +409,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Reproduce(options) => reproduce::run(options),
         Command::Watch(options) => watch::run(options),
         Command::New(options) => new::run(options),
+        Command::Schema => output::print(&format!("{:#}\n", sgap::plan::schema())),
         Command::Completions { shell } => completions(*shell),
         Command::Man { command } => manual(command.as_deref()),
         Command::Lsp(options) => lsp::run(options),

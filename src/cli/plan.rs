@@ -283,7 +283,8 @@ fn search_all(
         return Err(repair.impossible(index, &answer.why_not));
     }
     let Some(plan) = answer.plan() else {
-        say(&no_plan(&answer, options, timed_out));
+        let interleaves = options.interleave.unwrap_or(ready.domain.settings.interleave);
+        say(&no_plan(&answer, options, timed_out, interleaves));
         if !is_traced && answer.statistics.expansions > 1 {
             note(TRACE_HINT);
         }
@@ -307,14 +308,20 @@ fn search_all(
 const TRACE_HINT: &str = "\n--trace FILE writes the whole search; `sgap trace FILE` shows where it failed\n";
 
 /// Returns why there is no plan.
-fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool) -> String {
+fn no_plan(answer: &Answer, options: &SearchOptions, timed_out: bool, interleaves: bool) -> String {
     let limit = match (answer.ending, options.timeout) {
         (Ending::BudgetSpent, _) => Some(format!("within --max-expansions {}", options.max_expansions)),
         (Ending::Interrupted, Some(limit)) if timed_out => Some(in_time(limit)),
         _ => None,
     };
     match limit {
-        Some(limit) => format!("no plan found {limit} (try more)\n{}", text::reasons(&answer.why_not)),
+        Some(limit) => {
+            let remedy = match interleaves {
+                true => "try more, or `--interleave=false`: one unordered subtask after the other",
+                false => "try more",
+            };
+            format!("no plan found {limit} ({remedy})\n{}", text::reasons(&answer.why_not))
+        }
         None => text::no_plan(answer.ending, &answer.statistics, &answer.why_not),
     }
 }
@@ -397,7 +404,7 @@ fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time:
     if let Some(geometry) = geometry {
         text += &format!(
             "projection  {} actions computed, {} alternatives, {} candidates\n\
-             geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts\n",
+             geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts, {} requests\n",
             engine.projections,
             engine.alternatives,
             geometry.candidates,
@@ -405,6 +412,7 @@ fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time:
             geometry.motion_plans,
             geometry.configurations_checked,
             geometry.facts,
+            geometry.requests,
         );
     }
     text

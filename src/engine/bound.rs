@@ -1,21 +1,45 @@
 //! The least that a task can cost, from the domain alone: never above the truth.
 //!
-//! Of an action: the least value of its cost expression over all arguments and states, by interval arithmetic; a cost is
-//! never below 0. Of a method: 0 if it has a goal, which may hold; else the least sum over its decompositions. The least
-//! solution of these equations is approached from below, so that every round gives a bound. Sums are kept in whole
-//! units of 2^-20, rounded down, so that adding and taking away leaves no trace of rounding.
+//! Of an action: the least value of its cost expression over all states and all arguments of the types that its parameters
+//! have, by interval arithmetic; of an action among the subtasks of a decomposition, over the arguments that it is given
+//! there, constants or values of other types. A cost is never below 0. Of a method: 0 if it has a goal, which may hold; else
+//! the least sum over its decompositions. The least solution of these equations is approached from below, so that every round
+//! gives a bound. Sums are kept in whole units of 2^-20, rounded down, so that adding and taking away leaves no trace of
+//! rounding.
 
 use super::fold::Fixed;
-use crate::ir::{ArithmeticOp, Domain, Expr, MethodId, TaskId, Value};
+use crate::ir::{
+    Action, ArithmeticOp, Base, Binder, Decomposition, Domain, EntityId, Expr, Method, MethodId, Param, Subtask,
+    TaskId, TypeId, Value,
+};
 
 /// The least cost of each task.
 #[derive(Debug)]
 pub(super) struct Bounds {
     actions: Vec<u64>,
     methods: Vec<u64>,
-    /// The sum of each decomposition's subtasks.
-    sums: Vec<Vec<u64>>,
+    /// By method and decomposition.
+    decompositions: Vec<Vec<OfDecomposition>>,
 }
+
+/// The least cost of each subtask of a decomposition, and of all.
+#[derive(Debug)]
+struct OfDecomposition {
+    subtasks: Vec<u64>,
+    sum: u64,
+}
+
+/// What is known of a variable's values.
+#[derive(Debug, Clone, Copy)]
+enum Known<'d> {
+    Nothing,
+    /// They are entities of that type.
+    Type(TypeId),
+    Is(&'d Value),
+}
+
+/// What is known of all variables of a frame.
+type Frame<'d> = Vec<Known<'d>>;
 
 const UNITS: f64 = 1_048_576.0;
 /// HEURISTIC: rounds of the fixpoint; a chain of methods needs one for each.
@@ -30,43 +54,74 @@ pub(super) fn cost(units: u64) -> f64 {
 
 impl Bounds {
     pub fn new(domain: &Domain, fixed: &Fixed) -> Self {
-        let action = |a: &crate::ir::Action| {
-            let least = range(domain, fixed, &a.cost).0.max(0.0) * UNITS;
-            (least.floor() as u64).min(MOST)
-        };
         let mut bounds = Bounds {
-            actions: domain.actions.iter().map(action).collect(),
+            actions: Vec::new(),
             methods: vec![0; domain.methods.len()],
-            sums: Vec::new(),
+            decompositions: Vec::new(),
         };
+        let action = |a: &Action| least(domain, fixed, a, &of_params(&a.params));
+        bounds.actions = domain.actions.iter().map(action).collect();
+        // Of actions among subtasks: what they cost there.
+        let of_subtask = |frame: &Frame<'_>, subtask: &Subtask| match subtask.task {
+            TaskId::Action(a) => {
+                let action = &domain.actions[a.index()];
+                let args = of_params(&action.params);
+                let args = args.into_iter().zip(&subtask.args);
+                let args: Frame<'_> = args.map(|(param, arg)| given(param, arg, frame)).collect();
+                Some(least(domain, fixed, action, &args))
+            }
+            TaskId::Method(_) => None,
+        };
+        let of_method = |m: &Method| -> Vec<Vec<Option<u64>>> {
+            let of = |d: &Decomposition| {
+                let frame = of_decomposition(m, d);
+                d.subtasks.iter().map(|s| of_subtask(&frame, s)).collect()
+            };
+            m.decompositions.iter().map(of).collect()
+        };
+        let of_actions: Vec<_> = domain.methods.iter().map(of_method).collect();
         for _ in 0..ROUNDS {
-            let next: Vec<u64> = domain.methods.iter().map(|m| bounds.method(m)).collect();
+            bounds.decompositions = bounds.all(domain, &of_actions);
+            let method = |(m, of): (&Method, &Vec<OfDecomposition>)| match m.goal {
+                Some(_) => 0,
+                None => of.iter().map(|d| d.sum).min().unwrap_or(0).min(MOST),
+            };
+            let next: Vec<u64> = domain.methods.iter().zip(&bounds.decompositions).map(method).collect();
             if next == bounds.methods {
-                break;
+                return bounds;
             }
             bounds.methods = next;
         }
-        let sums = |m: &crate::ir::Method| m.decompositions.iter().map(|d| bounds.sum(d)).collect();
-        bounds.sums = domain.methods.iter().map(sums).collect();
+        bounds.decompositions = bounds.all(domain, &of_actions);
         bounds
     }
 
-    fn method(&self, method: &crate::ir::Method) -> u64 {
-        if method.goal.is_some() {
-            return 0;
-        }
-        let sums = method.decompositions.iter().map(|d| self.sum(d));
-        sums.min().unwrap_or(0).min(MOST)
-    }
-
-    fn sum(&self, decomposition: &crate::ir::Decomposition) -> u64 {
-        decomposition.subtasks.iter().map(|s| self.task(s.task)).sum()
+    /// Returns what all decompositions cost at least, by what methods do.
+    fn all(&self, domain: &Domain, of_actions: &[Vec<Vec<Option<u64>>>]) -> Vec<Vec<OfDecomposition>> {
+        let of = |(d, known): (&Decomposition, &Vec<Option<u64>>)| {
+            let subtasks = d.subtasks.iter().zip(known);
+            let subtasks: Vec<u64> = subtasks.map(|(s, known)| known.unwrap_or(self.task(s.task))).collect();
+            OfDecomposition {
+                sum: subtasks.iter().sum(),
+                subtasks,
+            }
+        };
+        let methods = domain.methods.iter().zip(of_actions);
+        methods
+            .map(|(m, known)| m.decompositions.iter().zip(known).map(of).collect())
+            .collect()
     }
 
     /// Returns the least cost of all subtasks of a method's decomposition.
     #[inline]
     pub fn of(&self, method: MethodId, decomposition: usize) -> u64 {
-        self.sums[method.index()][decomposition]
+        self.decompositions[method.index()][decomposition].sum
+    }
+
+    /// Returns the least cost of a subtask of a method's decomposition.
+    #[inline]
+    pub fn subtask(&self, method: MethodId, decomposition: usize, subtask: usize) -> u64 {
+        self.decompositions[method.index()][decomposition].subtasks[subtask]
     }
 
     /// Returns the least cost of a task.
@@ -78,14 +133,72 @@ impl Bounds {
     }
 }
 
+/// Returns the least that an action costs where so much is known of its arguments.
+fn least<'d>(domain: &Domain, fixed: &Fixed, action: &'d Action, args: &Frame<'d>) -> u64 {
+    let least = range(domain, fixed, &action.cost, args).0.max(0.0) * UNITS;
+    (least.floor() as u64).min(MOST)
+}
+
+fn of_params<'d>(params: &[Param]) -> Frame<'d> {
+    let of = |param: &Param| match param.base {
+        Base::Entity(ty) if !param.is_set => Known::Type(ty),
+        Base::Entity(_) | Base::Number | Base::Bool | Base::String => Known::Nothing,
+    };
+    params.iter().map(of).collect()
+}
+
+/// Returns what is known of a method's variables where one of its decompositions is applied.
+fn of_decomposition<'d>(method: &Method, decomposition: &Decomposition) -> Frame<'d> {
+    let mut frame = of_params(&method.params);
+    frame.resize(method.n_vars.max(frame.len()), Known::Nothing);
+    for binder in &decomposition.binders {
+        if let Binder::Select { var, ty, .. } = binder {
+            frame[var.index()] = Known::Type(*ty);
+        }
+    }
+    frame
+}
+
+/// Returns what is known of a parameter that is given this argument.
+fn given<'d>(param: Known<'d>, arg: &'d Expr, frame: &Frame<'d>) -> Known<'d> {
+    match arg {
+        Expr::Const(value) => Known::Is(value),
+        Expr::Var(var) => match frame.get(var.index()) {
+            Some(known @ (Known::Type(_) | Known::Is(_))) => *known,
+            Some(Known::Nothing) | None => param,
+        },
+        _ => param,
+    }
+}
+
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
+fn known<'d>(expr: &'d Expr, args: &Frame<'d>) -> Known<'d> {
+    match expr {
+        Expr::Var(var) => args.get(var.index()).copied().unwrap_or(Known::Nothing),
+        Expr::Const(value) => Known::Is(value),
+        _ => Known::Nothing,
+    }
+}
+
 /// Returns an interval that holds every number which the expression can have.
-fn range(domain: &Domain, fixed: &Fixed, expr: &Expr) -> (f64, f64) {
+fn range<'d>(domain: &Domain, fixed: &Fixed, expr: &'d Expr, args: &Frame<'d>) -> (f64, f64) {
     match expr {
         Expr::Const(Value::Number(x)) => (*x, *x),
-        Expr::Attribute { attribute, .. } if fixed.has(*attribute) => {
+        Expr::Var(_) => match known(expr, args) {
+            Known::Is(Value::Number(x)) => (*x, *x),
+            Known::Is(_) | Known::Type(_) | Known::Nothing => ANY,
+        },
+        Expr::Attribute { base, attribute, .. } if fixed.has(*attribute) => {
+            let base = known(base, args);
+            // Whose value it may be.
+            let is_one = |e: EntityId| match base {
+                Known::Is(Value::Entity(one)) => e == *one,
+                Known::Type(ty) => domain.is_subtype(domain.entities[e.index()].ty, ty),
+                Known::Is(_) | Known::Nothing => true,
+            };
             let slots = domain.slots_of(*attribute);
+            let slots = slots.filter(|slot| is_one(domain.slots[slot.index()].entity));
             let numbers = slots.filter_map(|slot| match domain.initial[slot.index()] {
                 Value::Number(x) => Some(x),
                 _ => None,
@@ -96,11 +209,11 @@ fn range(domain: &Domain, fixed: &Fixed, expr: &Expr) -> (f64, f64) {
         }
         Expr::Size(_) | Expr::GeometricCost | Expr::GeometricDuration => (0.0, f64::INFINITY),
         Expr::Negate(inner) => {
-            let (lo, hi) = range(domain, fixed, inner);
+            let (lo, hi) = range(domain, fixed, inner, args);
             (-hi, -lo)
         }
         Expr::Arithmetic { op, left, right } => {
-            let (a, b) = (range(domain, fixed, left), range(domain, fixed, right));
+            let (a, b) = (range(domain, fixed, left, args), range(domain, fixed, right, args));
             let result = match op {
                 ArithmeticOp::Add => (a.0 + b.0, a.1 + b.1),
                 ArithmeticOp::Subtract => (a.0 - b.1, a.1 - b.0),
@@ -127,7 +240,6 @@ fn range(domain: &Domain, fixed: &Fixed, expr: &Expr) -> (f64, f64) {
             }
         }
         Expr::Const(_)
-        | Expr::Var(_)
         | Expr::Attribute { .. }
         | Expr::List(_)
         | Expr::SetWith { .. }

@@ -78,6 +78,11 @@ fn only(guard: &Test, var: Var) -> Only<'_> {
     }
 }
 
+/// Says whether a guard about `var` names no entities, so that all of its type are looked at.
+pub(super) fn looks_at_all(guard: &Test, var: Var) -> bool {
+    matches!(only(guard, var), Only::Any)
+}
+
 /// Returns a frame with the arguments first and the other variables unset.
 pub(super) fn frame(args: &[Value], n_vars: usize) -> Vec<Value> {
     let mut frame = args.to_vec();

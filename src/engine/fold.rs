@@ -1,17 +1,20 @@
 //! Tests with what never changes worked out once.
 //!
-//! An attribute that no effect writes and that no geometry feeds keeps its first value in all of a search: it is *fixed*. A
+//! An attribute that no effect writes, no geometry feeds and nobody believes keeps its first value in all of a search: it is *fixed*. A
 //! literal over fixed attributes alone is a constant as soon as its variables are bound. It is evaluated when it is met first
 //! with some entities, and looked up from then on: one cell where it has no free variable, one for each entity or pair of
 //! entities else. Literals with more variables, or among too many entities, are evaluated as they are written.
+//!
+//! A FORALL that is tested again and again (mostly a goal) begins with the entity that it failed at last.
 //!
 //! Does not change which literal fails first: a conjunction keeps its parts and their order, so that reasons are the same.
 
 use std::cell::Cell;
 
-use super::eval::Context;
+use super::effects::{WORLD, looked_at};
+use super::eval::{Context, looks_at_all};
 use super::prepare::mentioned;
-use crate::ir::{AttributeId, Domain, Effect, Expr, Test, Value, Var};
+use crate::ir::{Attribute, AttributeId, Domain, Effect, Expr, Test, Value, Var};
 
 /// Which attributes are fixed.
 #[derive(Debug)]
@@ -19,7 +22,9 @@ pub(super) struct Fixed(Vec<bool>);
 
 impl Fixed {
     pub fn new(domain: &Domain) -> Fixed {
-        let mut fixed = Fixed(domain.attributes.iter().map(|a| a.fact.is_none()).collect());
+        // What agents believe of it may be something else.
+        let is_plain = |a: &Attribute| a.fact.is_none() && a.believer.is_none();
+        let mut fixed = Fixed(domain.attributes.iter().map(is_plain).collect());
         domain.actions.iter().for_each(|a| fixed.writes(&a.effects));
         fixed
     }
@@ -70,6 +75,7 @@ const MOST_OF_ALL: usize = 1 << 22;
 /// Makes folded tests, within a budget of cells.
 #[derive(Debug)]
 pub(super) struct Folder<'d> {
+    domain: &'d Domain,
     pub fixed: &'d Fixed,
     n_entities: usize,
     n_cells: usize,
@@ -82,6 +88,9 @@ pub(super) struct Folded(Box<[Part]>);
 #[derive(Debug)]
 enum Part {
     AsWritten,
+    /// A FORALL over all of a type, with the position of the entity that it failed at last: it begins there, since it mostly
+    /// fails again there or not far behind.
+    Forall(Cell<usize>),
     Constant(Cell<Known>),
     OfOne(Var, Box<[Cell<Known>]>),
     /// By the first entity, then the second.
@@ -104,12 +113,18 @@ pub(super) fn literals(test: &Test) -> &[Test] {
 }
 
 impl<'d> Folder<'d> {
-    pub fn new(domain: &Domain, fixed: &'d Fixed) -> Self {
+    pub fn new(domain: &'d Domain, fixed: &'d Fixed) -> Self {
         Folder {
+            domain,
             fixed,
             n_entities: domain.entities.len(),
             n_cells: 0,
         }
+    }
+
+    /// Says whether a test asks geometry.
+    fn asks(&self, test: &Test) -> bool {
+        looked_at(self.domain, test) & WORLD != 0
     }
 
     pub fn fold(&mut self, test: &Test) -> Folded {
@@ -118,7 +133,13 @@ impl<'d> Folder<'d> {
 
     fn part(&mut self, literal: &Test) -> Part {
         if !self.fixed.decide(literal) {
-            return Part::AsWritten;
+            // What asks geometry is asked in the order in which it is written.
+            return match literal {
+                Test::Forall { var, guard, .. } if looks_at_all(guard, *var) && !self.asks(literal) => {
+                    Part::Forall(Cell::new(0))
+                }
+                _ => Part::AsWritten,
+            };
         }
         let mut vars = Vec::new();
         free(literal, &mut vars);
@@ -182,7 +203,7 @@ impl Context<'_> {
             _ => None,
         };
         let cell = match &folded.0[i] {
-            Part::AsWritten => None,
+            Part::AsWritten | Part::Forall(_) => None,
             Part::Constant(cell) => Some(cell),
             Part::OfOne(var, cells) => entity(var).and_then(|e| cells.get(e)),
             Part::OfTwo([one, other], n, cells) => match (entity(one), entity(other)) {
@@ -203,10 +224,25 @@ impl Context<'_> {
         }
     }
 
-    /// Says whether a folded test holds; `test` is the same as it is written.
+    /// Says whether a folded test holds; `test` is the same as it is written. Where it is false, it may be so for another
+    /// entity than the first one: for tests whose failure needs no words.
     #[inline]
     pub fn holds_folded(&mut self, folded: &Folded, test: &Test, frame: &mut [Value]) -> bool {
         let mut parts = literals(test).iter().enumerate();
-        parts.all(|(i, part)| self.holds_part(folded, i, part, frame))
+        parts.all(|(i, part)| match (&folded.0[i], part) {
+            (Part::Forall(last), Test::Forall { var, ty, guard, body }) => {
+                let entities = &self.domain.types[ty.index()].entities;
+                let (before, from) = entities.split_at(last.get().min(entities.len()));
+                let fails = from.iter().chain(before).position(|e| {
+                    frame[var.index()] = Value::Entity(*e);
+                    self.holds(guard, frame) && !self.holds(body, frame)
+                });
+                if let Some(at) = fails {
+                    last.set((before.len() + at) % entities.len());
+                }
+                fails.is_none()
+            }
+            _ => self.holds_part(folded, i, part, frame),
+        })
     }
 }

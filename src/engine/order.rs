@@ -5,7 +5,7 @@
 //! not need subtrees to be contiguous: interleaved plans are ordered by the same rule.
 
 use super::outcome::{Found, NONE, Node, Tree};
-use crate::ir::{Decomposition, Domain};
+use crate::ir::Domain;
 
 /// For each step the steps that come right before it.
 pub(super) struct RightBefore {
@@ -37,23 +37,32 @@ impl Lists {
 
 /// Returns for each step the steps that come right before it by the order of the domain.
 pub(super) fn right_before(found: &Found, domain: &Domain) -> RightBefore {
-    let tree = Family::new(found, domain);
+    let kin = Kin::new(found);
+    let (tree, nodes) = (&found.tree, &found.tree.nodes);
+    let family = Family {
+        domain,
+        tree,
+        step: &kin.step,
+        acts: &kin.acts,
+        last_child: &kin.last_child,
+        previous: &kin.previous,
+    };
     let mut lists = Lists::default();
     // By node: what comes right before it, and the last steps at or below it.
-    let mut before: Vec<List> = Vec::with_capacity(tree.nodes.len());
-    let mut last_ones: Vec<List> = vec![UNKNOWN; tree.nodes.len()];
+    let mut before: Vec<List> = Vec::with_capacity(nodes.len());
+    let mut last_ones: Vec<List> = vec![UNKNOWN; nodes.len()];
     let (mut siblings, mut passed) = (Vec::new(), Vec::new());
-    for (i, node) in tree.nodes.iter().enumerate() {
+    for (i, node) in nodes.iter().enumerate() {
         if node.parent == NONE {
             before.push((0, 0));
             continue;
         }
-        tree.siblings_before(i as u32, &mut siblings, &mut passed);
+        family.siblings_before(i as u32, &mut siblings, &mut passed);
         for sibling in &siblings {
             let last = &mut last_ones[*sibling as usize];
             if *last == UNKNOWN {
                 let from = lists.0.len() as u32;
-                tree.last_steps(*sibling, &mut lists.0);
+                family.last_steps(*sibling, &mut lists.0);
                 *last = (from, lists.0.len() as u32);
             }
         }
@@ -76,59 +85,62 @@ pub(super) fn right_before(found: &Found, domain: &Domain) -> RightBefore {
     RightBefore { lists, of_step }
 }
 
-/// The decomposition tree with what hangs below each node.
-struct Family<'a> {
-    domain: &'a Domain,
-    tree: &'a Tree,
-    nodes: &'a [Node],
+/// The decomposition tree with what hangs below each node, by node.
+#[derive(Clone, Copy)]
+pub(super) struct Family<'a> {
+    pub domain: &'a Domain,
+    pub tree: &'a Tree,
     /// The step of a leaf, or [`NONE`].
-    step: Vec<u32>,
+    pub step: &'a [u32],
     /// Whether there is an action at or below it.
+    pub acts: &'a [bool],
+    pub last_child: &'a [u32],
+    /// The sibling taken up before it.
+    pub previous: &'a [u32],
+}
+
+/// What a [`Family`] looks at, of a whole plan.
+struct Kin {
+    step: Vec<u32>,
     acts: Vec<bool>,
     last_child: Vec<u32>,
-    /// The sibling taken up before it.
     previous: Vec<u32>,
 }
 
-impl<'a> Family<'a> {
-    fn new(found: &'a Found, domain: &'a Domain) -> Self {
+impl Kin {
+    fn new(found: &Found) -> Self {
         let nodes = &found.tree.nodes;
         let n = nodes.len();
-        let mut family = Family {
-            domain,
-            tree: &found.tree,
-            nodes,
+        let mut kin = Kin {
             step: vec![NONE; n],
             acts: vec![false; n],
             last_child: vec![NONE; n],
             previous: vec![NONE; n],
         };
         for (i, step) in found.steps.iter().enumerate() {
-            family.step[step.node as usize] = i as u32;
-            family.acts[step.node as usize] = true;
+            kin.step[step.node as usize] = i as u32;
+            kin.acts[step.node as usize] = true;
         }
         for (i, node) in nodes.iter().enumerate().skip(1) {
-            family.previous[i] = std::mem::replace(&mut family.last_child[node.parent as usize], i as u32);
+            kin.previous[i] = std::mem::replace(&mut kin.last_child[node.parent as usize], i as u32);
         }
         for (i, node) in nodes.iter().enumerate().skip(1).rev() {
-            if family.acts[i] {
-                family.acts[node.parent as usize] = true;
+            if kin.acts[i] {
+                kin.acts[node.parent as usize] = true;
             }
         }
-        family
+        kin
     }
+}
 
-    fn decomposition(&self, node: u32) -> Option<&'a Decomposition> {
-        self.tree.decomposition_in(self.domain, node)
-    }
-
+impl Family<'_> {
     /// Lists the siblings with actions that a node comes after; those without lead on to what they come after. Whatever a
     /// node comes after was taken up before it.
-    fn siblings_before(&self, node: u32, found: &mut Vec<u32>, passed: &mut Vec<usize>) {
-        let Node { parent, subtask, .. } = self.nodes[node as usize];
+    pub fn siblings_before(&self, node: u32, found: &mut Vec<u32>, passed: &mut Vec<usize>) {
+        let Node { parent, subtask, .. } = self.tree.nodes[node as usize];
         found.clear();
         passed.clear();
-        let Some(decomposition) = self.decomposition(parent) else {
+        let Some(decomposition) = self.tree.decomposition_in(self.domain, parent) else {
             return;
         };
         let mut left = decomposition.subtasks[subtask as usize].after.as_slice();
@@ -136,7 +148,7 @@ impl<'a> Family<'a> {
         loop {
             for position in left {
                 let mut sibling = self.previous[node as usize];
-                while sibling != NONE && self.nodes[sibling as usize].subtask as usize != *position {
+                while sibling != NONE && self.subtask(sibling) != *position {
                     sibling = self.previous[sibling as usize];
                 }
                 if sibling == NONE {
@@ -156,23 +168,26 @@ impl<'a> Family<'a> {
         }
     }
 
+    fn subtask(&self, node: u32) -> usize {
+        self.tree.nodes[node as usize].subtask as usize
+    }
+
     /// Lists the steps at or below a node that no other step there comes after by the order of the domain.
-    fn last_steps(&self, node: u32, steps: &mut Vec<u32>) {
+    pub fn last_steps(&self, node: u32, steps: &mut Vec<u32>) {
         let mut left = vec![node];
         while let Some(at) = left.pop() {
             if self.step[at as usize] != NONE {
                 steps.push(self.step[at as usize]);
                 continue;
             }
-            let Some(decomposition) = self.decomposition(at) else {
+            let Some(decomposition) = self.tree.decomposition_in(self.domain, at) else {
                 continue;
             };
             // Siblings that come after others are taken up after them.
             let mut is_followed = vec![false; decomposition.subtasks.len()];
             let mut child = self.last_child[at as usize];
             while child != NONE {
-                let subtask = self.nodes[child as usize].subtask as usize;
-                let acts = self.acts[child as usize];
+                let (subtask, acts) = (self.subtask(child), self.acts[child as usize]);
                 if acts && !is_followed[subtask] {
                     left.push(child);
                 }

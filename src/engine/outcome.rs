@@ -126,6 +126,21 @@ pub struct Statistics {
     pub plans: u64,
 }
 
+impl Statistics {
+    /// Adds what a search before this one has done.
+    pub fn add(&mut self, before: &Statistics) {
+        self.expansions += before.expansions;
+        self.projections += before.projections;
+        self.alternatives += before.alternatives;
+        self.backtracks += before.backtracks;
+        self.repeated += before.repeated;
+        self.dead_ends += before.dead_ends;
+        self.jumps += before.jumps;
+        self.rounds += before.rounds;
+        self.plans += before.plans;
+    }
+}
+
 /// What a fall-back without a plan has used up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum FallBackEnd {

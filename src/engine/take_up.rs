@@ -46,7 +46,10 @@ impl<'a> Search<'a> {
         };
         let at = self.steps.len() as u32;
         let node = self.tree.push(todo.task, place, at, self.agenda.head);
-        self.rest -= self.bounds.task(todo.task);
+        if let TaskId::Method(of) = self.tree.task(parent) {
+            let which = self.tree.decomposition(parent) as usize;
+            self.rest -= self.bounds.subtask(of, which, subtask as usize);
+        }
         self.reach(node)
     }
 

@@ -75,6 +75,8 @@ pub struct Dof {
     pub max_velocity: f64,
     /// [rad/s^2] or [m/s^2].
     pub max_acceleration: f64,
+    /// [rad/s^3] or [m/s^3].
+    pub max_jerk: f64,
 }
 
 impl Joint {

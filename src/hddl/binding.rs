@@ -79,9 +79,9 @@ const WORTH_A_CHOICE: f64 = 4.0;
 /// Orders the variables of a method.
 pub(super) fn bindings(pair: &Pair, body: &Body, is_dynamic: &[bool], counts: &Counts) -> Bindings {
     let needed: Vec<VarId> = {
-        let args = body.network.steps.iter().flat_map(|s| &s.args);
+        let args = (0..body.network.steps.len()).flat_map(|step| body.args(step));
         args.filter_map(|t| match t {
-            Term::Var(v) => Some(*v),
+            Term::Var(v) => Some(v),
             Term::Object(_) => None,
         })
         .collect()

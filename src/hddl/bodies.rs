@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 
 use super::ast::{Formula, Kinds, Network, OBJECT, Pair, PredicateId, Scope, Step, TaskRef, Term, VarId, Variable};
 use super::formulas::{conjuncts, free, is_literal, read, renamed};
+use super::late::{Late, late};
 
 /// A method, told over its task's parameters.
 #[derive(Debug)]
@@ -23,6 +24,18 @@ pub(super) struct Body {
     /// What must hold.
     pub literals: Vec<Formula>,
     pub network: Network,
+    /// Subtasks that bind variables of their own when their turn comes.
+    pub late: Vec<Late>,
+}
+
+impl Body {
+    /// Returns what a subtask is given: of one with a task of its own, what that is given.
+    pub fn args(&self, step: usize) -> Vec<Term> {
+        match self.late.iter().find(|l| l.step == step) {
+            Some(late) => late.args.iter().map(|v| Term::Var(*v)).collect(),
+            None => self.network.steps[step].args.clone(),
+        }
+    }
 }
 
 /// All methods of a pair.
@@ -76,6 +89,11 @@ pub(super) fn bodies(pair: &Pair) -> Bodies {
         known.hand_up(pair, &methods, &pulled);
         if known.of_task == before {
             break;
+        }
+    }
+    if !interleaves {
+        for body in methods.iter_mut().chain([&mut start]) {
+            body.late = late(body, &known, &is_dynamic);
         }
     }
     // Where nothing is chosen there is nothing to prune.
@@ -162,6 +180,7 @@ fn body(
             after: network.after.clone(),
             constraints: Formula::default(),
         },
+        late: Vec::new(),
     };
     for step in &network.steps {
         let args = step.args.iter().map(|t| match t {
@@ -242,7 +261,7 @@ fn narrowed(pair: &Pair, body: &mut Body, arg: Term, wanted: &Kinds) -> Term {
 }
 
 /// What tasks ask for and what they may change.
-struct Known {
+pub(super) struct Known {
     /// Over the parameters.
     of_action: Vec<Vec<Formula>>,
     of_task: Vec<Vec<Formula>>,
@@ -303,8 +322,23 @@ impl Known {
         }
     }
 
+    /// Says whether a step asks for something of a variable that a step before it may make true.
+    pub fn is_decided_before(&self, step: &Step, var: VarId, before: &[&Step]) -> bool {
+        let asked = self.asked(step.task).iter().map(|f| renamed(f, &|v| step.args[v]));
+        let about = asked.filter(|f| free(f).contains(&var));
+        let mut decided = about.filter(|f| before.iter().any(|b| may_be_made_true(f, self.changes(b.task))));
+        decided.next().is_some()
+    }
+
+    fn asked(&self, task: TaskRef) -> &[Formula] {
+        match task {
+            TaskRef::Action(a) => &self.of_action[a],
+            TaskRef::Task(t) => &self.of_task[t],
+        }
+    }
+
     /// Returns what a network asks for at its very beginning, each once.
-    fn pulled(&self, network: &Network) -> Vec<Formula> {
+    pub fn pulled(&self, network: &Network) -> Vec<Formula> {
         let chain = if self.interleaves { None } else { network.chain() };
         let mut changed: BTreeSet<Change> = match chain {
             Some(_) => BTreeSet::new(),
@@ -315,11 +349,7 @@ impl Known {
         let mut found: Vec<Formula> = Vec::new();
         for at in order {
             let step = &network.steps[at];
-            let asked = match step.task {
-                TaskRef::Action(a) => &self.of_action[a],
-                TaskRef::Task(t) => &self.of_task[t],
-            };
-            for literal in asked {
+            for literal in self.asked(step.task) {
                 if may_be_made_true(literal, &changed) {
                     continue;
                 }

@@ -20,9 +20,12 @@ pub fn ipc(plan: &Plan, names: &Names) -> Option<String> {
     let nodes = &plan.decomposition;
     let mut below: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut of_action = vec![None; plan.actions.len()];
+    let is_late = |at: usize| nodes.get(at).is_some_and(|n| names.late.contains(n.task.as_str()));
     for (at, node) in nodes.iter().enumerate() {
-        if let Some(parent) = node.parent {
-            below.get_mut(parent)?.push(at);
+        // What is below a task around a subtask stands in its place.
+        let parent = node.parent.map(|p| if is_late(p) { nodes[p].parent } else { Some(p) });
+        if let Some(parent) = parent.filter(|_| !is_late(at)) {
+            below.get_mut(parent?)?.push(at);
         }
         if let Some(action) = node.action {
             *of_action.get_mut(action)? = Some(at);
@@ -41,7 +44,7 @@ pub fn ipc(plan: &Plan, names: &Names) -> Option<String> {
     below[0].retain(|at| !is_goal(at));
     let _ = writeln!(out, "root{}", ids(&in_order(&below[0], nodes, &names.start)));
     for (at, node) in nodes.iter().enumerate().skip(1) {
-        if node.action.is_some() || is_goal(&at) {
+        if node.action.is_some() || is_goal(&at) || is_late(at) {
             continue;
         }
         let task = names.tasks.get(node.task.as_str())?;

@@ -19,6 +19,7 @@ mod binding;
 mod bodies;
 mod formulas;
 mod ipc;
+mod late;
 mod names;
 mod problems;
 mod read;

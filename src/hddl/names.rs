@@ -64,6 +64,8 @@ pub struct Names {
     pub(super) tasks: IndexMap<String, TaskName>,
     /// The methods that stand for the problem and for its goal: no part of the files.
     pub(super) problem: String,
+    /// Methods around a subtask (`late`): no part of the files either.
+    pub(super) late: IndexSet<String>,
     pub(super) goal: Option<String>,
     /// Tasks of the initial network, in the order of the file.
     pub(super) start: Vec<String>,

@@ -16,7 +16,9 @@ mod tests;
 
 use std::fmt::Write;
 
-use indexmap::IndexMap;
+use std::cell::RefCell;
+
+use indexmap::{IndexMap, IndexSet};
 
 use super::ast::{Action, Cost, Formula, Kinds, OBJECT, Pair, Scope, TaskRef, Term, TypeId};
 use super::binding::{Bindings, Counts, bindings};
@@ -38,6 +40,8 @@ struct Writer<'p> {
     actions: Vec<String>,
     tasks: Vec<String>,
     entity_names: Namer,
+    /// Names of tasks and actions given so far.
+    late_names: RefCell<Namer>,
     /// The type and the entity that have what speaks of no object.
     world: (String, String),
     /// The type of each position of each predicate: wide enough for every use.
@@ -63,7 +67,9 @@ pub(super) fn write(pair: &Pair, problems: &mut Problems) -> (String, Names) {
         writer.tasks = pair.tasks.iter().map(|t| tasks.fresh(&t.name.text, &none)).collect();
         let has_goal = !matches!(&pair.goal, Formula::And(all) if all.is_empty());
         let problem = tasks.fresh("Problem", &none);
-        (problem, has_goal.then(|| tasks.fresh("Goal", &none)))
+        let goal = has_goal.then(|| tasks.fresh("Goal", &none));
+        writer.late_names = RefCell::new(tasks);
+        (problem, goal)
     };
     writer.header(&problem);
     writer.facts();
@@ -102,6 +108,7 @@ impl<'p> Writer<'p> {
             functions,
             actions: Vec::new(),
             tasks: Vec::new(),
+            late_names: RefCell::default(),
             world: (types.fresh("World", &none), entity_names.fresh("WORLD", &none)),
             entity_names,
             positions: positions(pair, &bodies),
@@ -157,15 +164,16 @@ impl<'p> Writer<'p> {
             actions: self.names_of(&self.actions, self.pair.actions.iter().map(|a| &a.name.text)),
             tasks: IndexMap::new(),
             problem,
+            late: IndexSet::new(),
             goal,
             start: self.called(&self.bodies.start),
         };
         for at in 0..self.pair.tasks.len() {
-            let methods = self.task(at, &counts);
+            let methods = self.task(at, &counts, &mut names.late);
             let name = self.pair.tasks[at].name.text.clone();
             names.tasks.insert(self.tasks[at].clone(), TaskName { name, methods });
         }
-        self.start(&names, &counts);
+        self.start(&mut names, &counts);
         self.line("}");
         names
     }
@@ -266,21 +274,23 @@ impl<'p> Writer<'p> {
     }
 
     /// Writes a task with its methods.
-    fn task(&mut self, at: usize, counts: &Counts) -> Vec<MethodName> {
+    fn task(&mut self, at: usize, counts: &Counts, late: &mut IndexSet<String>) -> Vec<MethodName> {
         let task = &self.pair.tasks[at];
         let vars = self.variables(&task.params);
         let params = self.params(&task.params, task.params.0.len(), &vars);
         let name = self.tasks[at].clone();
         let comment = self.called_otherwise(&name, &task.name.text);
         self.line(&format!("method {name}({params}) {{{comment}"));
-        let mut names = Vec::new();
+        let (mut names, mut own) = (Vec::new(), String::new());
         for (m, method) in self.pair.methods.iter().enumerate() {
             if method.task != at {
                 continue;
             }
             let body = &self.bodies.methods[m];
             let bound = bindings(self.pair, body, &self.bodies.is_dynamic, counts);
-            let text = self.decomposition(body, &bound, None);
+            let called = self.late_tasks(body, &method.name.text, counts, &mut own);
+            let text = self.decomposition(body, &bound, &called, None);
+            late.extend(called);
             names.push(MethodName {
                 name: method.name.text.clone(),
                 subtasks: self.called(body),
@@ -288,11 +298,30 @@ impl<'p> Writer<'p> {
             self.line(&format!("{{ // {}\n{text}}}", method.name.text));
         }
         self.line("}\n");
+        self.out.push_str(&own);
         names
     }
 
-    /// Writes one way to do a task; `last` comes after all its subtasks.
-    fn decomposition(&self, body: &Body, bound: &Bindings, last: Option<&str>) -> String {
+    /// Writes the tasks that bind variables when their turn comes; returns their names.
+    fn late_tasks(&self, body: &Body, method: &str, counts: &Counts, out: &mut String) -> Vec<String> {
+        let mut called = Vec::new();
+        for late in &body.late {
+            let name = self.late_names.borrow_mut().fresh(method, &|_| false);
+            let vars = self.variables(&late.body.scope);
+            let params = self.params(&late.body.scope, late.body.n_params, &vars);
+            let bound = bindings(self.pair, &late.body, &self.bodies.is_dynamic, counts);
+            let text = self.decomposition(&late.body, &bound, &[], None);
+            let _ = writeln!(
+                out,
+                "method {name}({params}) {{ // a subtask of {method}\n{{\n{text}}}\n}}\n"
+            );
+            called.push(name);
+        }
+        called
+    }
+
+    /// Writes one way to do a task; `late` are the names of its subtasks that bind variables, and `last` comes after all.
+    fn decomposition(&self, body: &Body, bound: &Bindings, late: &[String], last: Option<&str>) -> String {
         let vars = self.variables(&body.scope);
         let tests = |formulas: &[Formula]| {
             let mut tests = Tests::new(self, &body.scope, &vars);
@@ -313,8 +342,11 @@ impl<'p> Writer<'p> {
         }
         let called = self.called(body);
         let network = &body.network;
-        for (at, (step, name)) in network.steps.iter().zip(&called).enumerate() {
-            let args: Vec<&str> = step.args.iter().map(|t| self.term(*t, &vars)).collect();
+        for (at, name) in called.iter().enumerate() {
+            let is_late = body.late.iter().zip(late).find(|(l, _)| l.step == at);
+            let name = is_late.map_or(name, |(_, name)| name);
+            let args = body.args(at);
+            let args: Vec<&str> = args.iter().map(|t| self.term(*t, &vars)).collect();
             let order = order(network.after[at].iter().copied());
             let _ = writeln!(steps, "{}: {name}({}){order};", at + 1, args.join(", "));
         }
@@ -331,10 +363,14 @@ impl<'p> Writer<'p> {
     }
 
     /// Writes the problem and its goal as methods.
-    fn start(&mut self, names: &Names, counts: &Counts) {
+    fn start(&mut self, names: &mut Names, counts: &Counts) {
         let body = &self.bodies.start;
         let bound = bindings(self.pair, body, &self.bodies.is_dynamic, counts);
-        let text = self.decomposition(body, &bound, names.goal.as_deref());
+        let mut own = String::new();
+        let called = self.late_tasks(body, &names.problem, counts, &mut own);
+        let text = self.decomposition(body, &bound, &called, names.goal.as_deref());
+        names.late.extend(called);
+        self.out.push_str(&own);
         self.line(&format!("method {}() {{\n{{\n{text}}}\n}}", names.problem));
         if let Some(goal) = &names.goal {
             let vars = self.variables(&self.pair.goal_scope);
@@ -365,6 +401,9 @@ fn formulas<'a>(pair: &'a Pair, bodies: &'a Bodies, seen: &mut dyn FnMut(&'a For
     }
     for body in bodies.methods.iter().chain([&bodies.start]) {
         body.literals.iter().for_each(|f| seen(f, &body.scope));
+        for late in &body.late {
+            late.body.literals.iter().for_each(|f| seen(f, &late.body.scope));
+        }
     }
     seen(&pair.goal, &pair.goal_scope);
 }

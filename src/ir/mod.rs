@@ -6,6 +6,7 @@ pub mod geometric;
 mod granted;
 mod show;
 mod social;
+mod value;
 mod walk;
 
 pub use domain::*;
@@ -13,3 +14,4 @@ pub use dump::dump;
 pub use granted::{asks_geometry, without_geometry};
 pub use show::show_expr;
 pub use social::*;
+pub use value::{EntitySet, ScalarSet, Value};

@@ -3,6 +3,7 @@
 //! Names of entities, joints and links are those of the domain, world and URDF files. Seconds, metres, radians.
 
 use indexmap::IndexMap;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Changes, Text};
@@ -10,8 +11,17 @@ use super::text::{Changes, Text};
 /// Version of the document's form; raised when a reader of the old one would misread the new one.
 pub const VERSION: u32 = 1;
 
+/// Returns the schema of a plan document (JSON Schema, draft 2020-12), as JSON.
+pub fn schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Plan).to_value();
+    schema["title"] = "sgap plan".into();
+    schema["properties"]["format"] = serde_json::json!({ "const": "sgap-plan" });
+    schema["properties"]["version"] = serde_json::json!({ "const": VERSION });
+    schema
+}
+
 /// A plan with its schedule and motions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Always `sgap-plan`.
@@ -47,7 +57,7 @@ fn is_false(x: &bool) -> bool {
 }
 
 /// A part of a plan's cost.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CostPart {
     /// `sum`, `makespan`, or the social rule's name.
@@ -63,7 +73,7 @@ pub struct CostPart {
 }
 
 /// One action.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Action {
     /// Position in [`Plan::actions`].
@@ -87,7 +97,7 @@ pub struct Action {
 }
 
 /// The geometric action solution (thesis 3.2.3): choices and motions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
     /// Name of the geometric action: `pick`, `place`, `navigateTo`.
@@ -117,7 +127,7 @@ pub struct Geometry {
 }
 
 /// A place on the floor where an agent stands: of its base in the world [m], [rad].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stand {
     pub x: f64,
@@ -126,7 +136,7 @@ pub struct Stand {
 }
 
 /// A place on a support.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Placement {
     /// Entity that carries it.
@@ -145,7 +155,7 @@ pub struct Placement {
 }
 
 /// A pose: position [m] and unit quaternion (x, y, z, w).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoseDocument {
     pub position: [f64; 3],
@@ -173,7 +183,7 @@ impl PoseDocument {
 }
 
 /// The motion of one sub-action (thesis: GSAS).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubAction {
     /// `approach`, `engage`, `grasp`, `disengage`, `place`, `release`, `retract`.
@@ -187,7 +197,7 @@ pub struct SubAction {
 }
 
 /// How a sub-action moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
     /// Anywhere in the joint space.
@@ -204,7 +214,7 @@ pub enum Motion {
 
 /// Timed configurations of some joints; linear in between; the first time is 0 and counts from the end of the
 /// sub-action before (the first one's from the action's start).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trajectory {
     pub joints: Vec<String>,
@@ -222,7 +232,7 @@ impl Trajectory {
 }
 
 /// The hand takes or lets go of an object.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AttachmentChange {
     Attach {
@@ -238,7 +248,7 @@ pub enum AttachmentChange {
 }
 
 /// `before` must be over when `after` starts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
     pub before: usize,
@@ -247,7 +257,7 @@ pub struct Link {
 }
 
 /// Why one action comes before another.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinkReason {
     /// `after` needs an attribute that `before` set: `PR2.hasInHand`.
@@ -261,7 +271,7 @@ pub enum LinkReason {
 }
 
 /// A task in the decomposition tree. The tree is a list, so that no reader has to follow a recursive method down.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Node {
     pub task: Text,

@@ -123,6 +123,8 @@ pub fn search(
         }
         _ => None,
     };
+    // What asks geometry is not asked twice.
+    let is_symbolic = options.reasoner.is_none() && grp.is_none();
     let reasoner: &mut dyn Reasoner = match (options.reasoner, &mut grp) {
         (Some(own), _) => own,
         (None, Some(grp)) => grp,
@@ -146,7 +148,17 @@ pub fn search(
         },
         observer: options.observer.map(|o| o as &mut dyn Observer),
     };
-    let outcome = engine::repair(domain, goal, options.kept, reasoner, &settings, hooks);
+    let blocks_first = is_symbolic
+        && options.interleave.is_none()
+        && settings.interleave
+        && settings.aim == engine::Aim::First
+        && options.kept.is_empty()
+        && hooks.observer.is_none();
+    let outcome = if blocks_first {
+        in_blocks_first(domain, goal, reasoner, &settings, hooks)
+    } else {
+        engine::repair(domain, goal, options.kept, reasoner, &settings, hooks)
+    };
     let geometry = |gas| grp.as_ref().and_then(|grp| grp.geometry(gas));
     let document = |found| {
         let document = if options.decomposition {
@@ -167,6 +179,58 @@ pub fn search(
         geometry: grp.as_ref().map(Grp::counts),
         why_not: outcome.why_not,
     })
+}
+
+/// HEURISTIC: the part of the budget with which unordered subtasks are done one after the other first.
+const IN_BLOCKS: u64 = 10;
+
+/// Searches with each unordered subtask as one block for a part of the budget, and with all mixtures of their steps after
+/// that. A plan in blocks is one of the mixtures, so nothing is lost; and mixtures of many subtasks are too many to be tried.
+fn in_blocks_first(
+    domain: &Domain,
+    goal: &Goal,
+    reasoner: &mut dyn Reasoner,
+    settings: &engine::Settings,
+    hooks: Hooks<'_>,
+) -> engine::Outcome {
+    let Hooks {
+        stop,
+        on_plan,
+        observer,
+    } = hooks;
+    let budget = settings.budget;
+    let part = |expansions| engine::Budget { expansions, ..budget };
+    let in_blocks = engine::Settings {
+        interleave: false,
+        budget: part(budget.expansions / IN_BLOCKS),
+        fall_back: Some(0),
+        ..*settings
+    };
+    let quiet = Hooks {
+        stop,
+        on_plan,
+        observer: None,
+    };
+    let mut first = engine::repair(domain, goal, &[], reasoner, &in_blocks, quiet);
+    if let Some(found) = &mut first.found {
+        found.interleaved = true;
+    }
+    if first.found.is_some() || first.ending == Ending::Interrupted {
+        return first;
+    }
+    let done = first.statistics.expansions.max(first.statistics.backtracks);
+    let mixed = engine::Settings {
+        budget: part(budget.expansions.saturating_sub(done)),
+        ..*settings
+    };
+    let hooks = Hooks {
+        stop,
+        on_plan,
+        observer,
+    };
+    let mut outcome = engine::repair(domain, goal, &[], reasoner, &mixed, hooks);
+    outcome.statistics.add(&first.statistics);
+    outcome
 }
 
 /// Returns the problem that neither the world nor the caller names a task.

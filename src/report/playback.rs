@@ -4,8 +4,11 @@
 //! check anything else; `validate` does.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
-use crate::plan::{AttachmentChange, Geometry, Plan, Trajectory};
-use crate::world::{Held, Scene, State};
+use nalgebra::UnitQuaternion;
+
+use crate::geom::{Pose, Vec3};
+use crate::plan::{AttachmentChange, Geometry, Motion, Plan, Trajectory};
+use crate::world::{AgentState, Held, Scene, State};
 
 /// What moves when, and who takes or lets go of what when.
 #[derive(Debug)]
@@ -34,9 +37,22 @@ pub(super) struct Segment<'a> {
     /// [s]
     pub start: f64,
     pub end: f64,
-    /// For each joint of the trajectory its index in the agent's `q`.
-    pub dofs: Vec<Option<usize>>,
+    /// For each column of the trajectory what it is.
+    columns: Vec<Column>,
     pub trajectory: &'a Trajectory,
+}
+
+/// What a column of a trajectory moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Column {
+    /// Index into the agent's `q`.
+    Dof(usize),
+    /// Of the base in the world.
+    X,
+    Y,
+    Yaw,
+    /// A joint that the agent lacks.
+    Unknown,
 }
 
 /// A hand that takes or lets go.
@@ -50,7 +66,7 @@ struct Change {
 #[derive(Debug)]
 enum Stands {
     InHand(Held),
-    At(crate::geom::Pose),
+    At(Pose),
 }
 
 impl<'a> Playback<'a> {
@@ -87,11 +103,18 @@ impl<'a> Playback<'a> {
         let arm = body.arms.iter().position(|a| a.name == geometry.arm);
         let mut start = begin;
         for sub in &geometry.sub_actions {
-            let joints = sub.trajectory.joints.iter();
-            let dofs: Vec<_> = joints
-                .map(|name| body.tree.dofs.iter().position(|d| d.name == *name))
-                .collect();
-            for (joint, _) in sub.trajectory.joints.iter().zip(&dofs).filter(|(_, dof)| dof.is_none()) {
+            let column = |name: &String| match (sub.motion, name.as_str()) {
+                (Motion::Base, "x") => Column::X,
+                (Motion::Base, "y") => Column::Y,
+                (Motion::Base, "yaw") => Column::Yaw,
+                (_, name) => {
+                    let dof = body.tree.dofs.iter().position(|d| d.name == name);
+                    dof.map_or(Column::Unknown, Column::Dof)
+                }
+            };
+            let columns: Vec<Column> = sub.trajectory.joints.iter().map(column).collect();
+            let named = sub.trajectory.joints.iter().zip(&columns);
+            for (joint, _) in named.filter(|(_, c)| **c == Column::Unknown) {
                 self.problems
                     .push(format!("the plan moves {joint}, which {} does not have", body.id));
             }
@@ -102,7 +125,7 @@ impl<'a> Playback<'a> {
                 arm,
                 start,
                 end,
-                dofs,
+                columns,
                 trajectory: &sub.trajectory,
             });
             if let Some(change) = &sub.change {
@@ -144,7 +167,7 @@ impl<'a> Playback<'a> {
             }
             // In the order of their starts: of two that move one joint, the later wins.
             for segment in active.iter().map(|i| &self.segments[*i]) {
-                segment.pose(t, &mut state.agents[segment.agent].q);
+                segment.pose(t, &mut state.agents[segment.agent]);
             }
             while let Some(change) = self.changes.get(changed).filter(|c| c.time <= t) {
                 let object = &mut state.objects[change.object];
@@ -162,7 +185,7 @@ impl<'a> Playback<'a> {
 
     /// Puts what is held where its hand is.
     fn carry(&self, state: &mut State) {
-        let mut links: Vec<Option<Vec<crate::geom::Pose>>> = vec![None; state.agents.len()];
+        let mut links: Vec<Option<Vec<Pose>>> = vec![None; state.agents.len()];
         for object in &mut state.objects {
             let Some(held) = &object.held else { continue };
             let (body, at) = (&self.scene.agents[held.agent], &state.agents[held.agent]);
@@ -174,8 +197,8 @@ impl<'a> Playback<'a> {
 }
 
 impl Segment<'_> {
-    /// Writes the configuration at `t` [s] into `q`; after its end it stays as it ended.
-    fn pose(&self, t: f64, q: &mut [f64]) {
+    /// Moves the agent to where it is at `t` [s]; after its end it stays as it ended.
+    fn pose(&self, t: f64, agent: &mut AgentState) {
         let Trajectory { times, positions, .. } = self.trajectory;
         let after = times.partition_point(|x| *x <= t - self.start);
         let before = after.saturating_sub(1);
@@ -189,9 +212,15 @@ impl Segment<'_> {
         } else {
             0.0
         };
-        for (dof, (a, b)) in self.dofs.iter().zip(a.iter().zip(b)) {
-            if let Some(v) = dof.and_then(|dof| q.get_mut(dof)) {
-                *v = a + share * (b - a);
+        for (column, (a, b)) in self.columns.iter().zip(a.iter().zip(b)) {
+            let v = a + share * (b - a);
+            match column {
+                Column::Dof(dof) => agent.q[*dof] = v,
+                Column::X => agent.X_WB.translation.x = v,
+                Column::Y => agent.X_WB.translation.y = v,
+                // A base that goes stands upright.
+                Column::Yaw => agent.X_WB.rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), v),
+                Column::Unknown => {}
             }
         }
     }

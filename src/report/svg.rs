@@ -44,10 +44,7 @@ pub fn write(scene: &Scene, start: &State, plan: Option<&Plan>, title: &str) -> 
     let mut end = start.clone();
     let mut ways: BTreeMap<usize, Vec<[f64; 2]>> = BTreeMap::new();
     playback.visit(&times, &mut |state, segments| {
-        for (action, p) in segments
-            .iter()
-            .filter_map(|s| tool(scene, state, &playback.segments[*s]))
-        {
+        for (action, p) in segments.iter().map(|s| tool(scene, state, &playback.segments[*s])) {
             ways.entry(action).or_default().push(p);
         }
         end.clone_from(state);
@@ -65,12 +62,15 @@ pub fn write(scene: &Scene, start: &State, plan: Option<&Plan>, title: &str) -> 
     svg.finish(y + MARGIN)
 }
 
-/// Returns the action of a motion, and where its tool is (x, y) [m].
-fn tool(scene: &Scene, state: &State, segment: &Segment<'_>) -> Option<(usize, [f64; 2])> {
+/// Returns the action of a motion, and where its tool is (x, y) [m]; its base, where no arm handles anything.
+fn tool(scene: &Scene, state: &State, segment: &Segment<'_>) -> (usize, [f64; 2]) {
     let (body, at) = (&scene.agents[segment.agent], &state.agents[segment.agent]);
-    let arm = &body.arms[segment.arm?];
+    let Some(arm) = segment.arm.map(|arm| &body.arms[arm]) else {
+        let p = at.X_WB.translation;
+        return (segment.action, [p.x, p.y]);
+    };
     let X_WT = body.tree.link_poses(&at.X_WB, &at.q)[arm.tip_link] * arm.X_LT;
-    Some((segment.action, [X_WT.translation.x, X_WT.translation.y]))
+    (segment.action, [X_WT.translation.x, X_WT.translation.y])
 }
 
 /// What is seen of a body from above: its outline and how high it is.

@@ -168,6 +168,8 @@ kinds! {
     // Schedule.
     LinkIndex { before: usize, after: usize } = "link-index", "a link from action {before} to action {after} is not from an earlier one to a later one of the plan";
     LinkRedundant { before: usize, after: usize } = "link-redundant", "the link from {before} to {after} follows from others";
+    LinkReason { before: usize, after: usize, reason: String } = "link-reason",
+        "the link from {before} to {after} has no such reason: {reason}";
     LinkMissing { after: usize, condition: String } = "link-missing",
         "the links allow action {after} before the actions that it needs: {condition}";
     OrderMissing { before: usize, after: usize } = "order-missing",
@@ -195,6 +197,8 @@ kinds! {
     Speed { joint: String, speed: f64, limit: f64 } = "speed", "`{joint}` moves at {speed:.4} per second, its limit is {limit:.4}";
     Acceleration { joint: String, acceleration: f64, limit: f64 } = "acceleration",
         "`{joint}` accelerates at {acceleration:.4} per second squared, its limit is {limit:.4}";
+    Jerk { joint: String, jerk: f64, limit: f64 } = "jerk",
+        "`{joint}` changes its acceleration by {jerk:.4} per second cubed, its limit is {limit:.4}";
     Drive { sideways: f64, turned: f64 } = "drive",
         "a base that moves along its heading goes {sideways:.6} m sideways and turns {turned:.6} rad from one sample to the next";
     NotStraight { distance: f64, angle: f64 } = "not-straight",

@@ -3,7 +3,7 @@
 //! Positions are linear between the samples (as the document defines), and looked at every [`Settings::step`].
 //! Accelerations are those of the samples: the change of mean speed from one interval to the next over the time between
 //! their middles; a trajectory starts and ends at rest, so that an end interval counts as `|v| / (dt / 2)`.
-//! Jerk is not checked.
+//! Jerks are six times the third divided differences of the samples, two more at rest beyond each end (decision 30).
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
 
 use super::{
@@ -23,6 +23,8 @@ const LIMIT: f64 = 1e-9;
 pub(super) const SPEED: f64 = 1e-6;
 /// Relative excess of an acceleration; the samples are of a continuous profile.
 pub(super) const ACCELERATION: f64 = 1e-3;
+/// Relative excess of a jerk, for rounding, which a third difference of samples shows most.
+const JERK: f64 = 1e-3;
 /// How far the tool may leave its line [m], and its orientation the one in between [rad].
 const STRAIGHT: (f64, f64) = (0.005, 0.02);
 
@@ -57,6 +59,7 @@ pub(super) fn check(
         let row = &trajectory.positions[i];
         limits(bodies, mover, row, &dofs).map_err(|f| f.at_time(trajectory.times[i]))?;
         rates(bodies, mover, trajectory, &dofs, i).map_err(|f| f.at_time(trajectory.times[i]))?;
+        jerk(bodies, mover, trajectory, &dofs, i).map_err(|f| f.at_time(trajectory.times[i]))?;
         let previous = &trajectory.positions[i.saturating_sub(1)];
         let largest = row.iter().zip(previous).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let steps = (largest / settings.step).ceil().max(1.0);
@@ -246,6 +249,43 @@ fn rates(bodies: &Bodies<'_>, mover: Mover, trajectory: &Trajectory, dofs: &[usi
                 limit: dof.max_acceleration,
             }
             .into());
+        }
+    }
+    Ok(())
+}
+
+/// Checks the jerk over sample `i` and the three before it, and at the end those over the rest after it.
+fn jerk(bodies: &Bodies<'_>, mover: Mover, trajectory: &Trajectory, dofs: &[usize], i: usize) -> Checked<()> {
+    let (times, rows) = (&trajectory.times, &trajectory.positions);
+    let n = times.len();
+    if i == 0 {
+        return Ok(());
+    }
+    let beyond = if i + 1 == n { 2 } else { 0 };
+    for (column, dof) in dofs.iter().enumerate() {
+        let dof = &bodies.scene.agents[mover.agent].tree.dofs[*dof];
+        // Sample `k` counted from two before the first one.
+        let sample = |k: usize| match k {
+            0 | 1 => (times[0] - (2 - k) as f64 * (times[1] - times[0]), rows[0][column]),
+            k if k < n + 2 => (times[k - 2], rows[k - 2][column]),
+            k => {
+                let after = (k - n - 1) as f64 * (times[n - 1] - times[n - 2]);
+                (times[n - 1] + after, rows[n - 1][column])
+            }
+        };
+        for end in i + 2..=i + 2 + beyond {
+            let [a, b, c, d] = [3, 2, 1, 0].map(|back| sample(end - back));
+            let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+            let bend = |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (slope(b, c) - slope(a, b)) / (c.0 - a.0);
+            let jerk = 6.0 * (bend(b, c, d) - bend(a, b, c)) / (d.0 - a.0);
+            if jerk.abs() > dof.max_jerk * (1.0 + JERK) {
+                return Err(Kind::Jerk {
+                    joint: dof.name.clone(),
+                    jerk: jerk.abs(),
+                    limit: dof.max_jerk,
+                }
+                .into());
+            }
         }
     }
     Ok(())

@@ -475,6 +475,7 @@ mod tests {
                 upper: 2.0,
                 max_velocity: 1.0,
                 max_acceleration: 1.0,
+                max_jerk: 10.0,
             });
         }
         let arm = Arm {

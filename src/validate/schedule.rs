@@ -19,8 +19,8 @@ use super::{
     precedence::{Precedence, by_later},
     requests::Asked,
 };
-use crate::ir::{Domain, Goal, SlotId, TaskId, Value};
-use crate::plan::{Action, Plan};
+use crate::ir::{Domain, Effect, Goal, SlotId, TaskId, Value};
+use crate::plan::{Action, Link, LinkReason, Plan};
 
 /// What the replay has found of each action.
 pub(super) struct Done {
@@ -109,6 +109,16 @@ pub(super) fn check(
         };
         named(fault.into(), broken)
     })?;
+    for link in &plan.links {
+        if let Some(reason) = unfounded(link, domain, done) {
+            return Err(Kind::LinkReason {
+                before: link.before,
+                after: link.after,
+                reason,
+            }
+            .into());
+        }
+    }
     let (links_suffice, order_suffices) = sufficient(domain, &touched, &by_links, &by_order);
     let run = |order: &[usize]| linear(domain, done, worlds, first, order, None);
     for x in (0..n).filter(|x| !links_suffice[*x]) {
@@ -151,6 +161,49 @@ pub(super) fn check(
         }
     }
     Ok(())
+}
+
+/// Returns a reason of a link that its actions can't bear out, or that there is none. Not looked at is what actions read, since a
+/// test may be decided by the half of it, and the order of the domain.
+fn unfounded(link: &Link, domain: &Domain, done: &[Done]) -> Option<String> {
+    // An effect that changes nothing has still to come after those who look at the attribute.
+    let may_set = |action: usize, slot: &str| {
+        let TaskId::Action(id) = done[action].goal.task else {
+            return true;
+        };
+        let attribute = slot.split_once('.').map_or(slot, |(_, rest)| rest);
+        let attribute = attribute.split_once('(').map_or(attribute, |(name, _)| name);
+        let effects = &domain.actions[id.index()].effects;
+        attribute == "believes" || done[action].shared.is_some() || writes(domain, effects, attribute)
+    };
+    if link.reasons.is_empty() {
+        return Some("none is given".into());
+    }
+    link.reasons.iter().find_map(|reason| match reason {
+        LinkReason::Attribute(slot) => {
+            (!may_set(link.before, slot)).then(|| format!("action {} never sets `{slot}`", link.before))
+        }
+        LinkReason::Threat(slot) => {
+            (!may_set(link.after, slot)).then(|| format!("action {} never sets `{slot}`", link.after))
+        }
+        LinkReason::Motion => {
+            let is_still = |i: &usize| done[*i].shared.is_none();
+            let still = [link.before, link.after].into_iter().find(is_still)?;
+            Some(format!("action {still} has no motion"))
+        }
+        LinkReason::Order => None,
+    })
+}
+
+/// Says whether effects speak of an attribute of that name.
+fn writes(domain: &Domain, effects: &[Effect], name: &str) -> bool {
+    effects.iter().any(|effect| match effect {
+        Effect::Assign { attribute, .. } | Effect::Add { attribute, .. } | Effect::Remove { attribute, .. } => {
+            domain.attributes[attribute.index()].name == name
+        }
+        Effect::Forall { effects, .. } => writes(domain, effects, name),
+        Effect::If { then, otherwise, .. } => writes(domain, then, name) || writes(domain, otherwise, name),
+    })
 }
 
 /// Says for each action whether all that it reads was written by actions which it comes after by the links alone, and

@@ -68,7 +68,7 @@ pub fn load(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Wor
     };
     let written = objects::read(&root, &mut solids, &mut problems);
     let virtuals = objects::read_virtual(&root, &mut solids, &mut problems);
-    let objects = objects::placement::place(&written, &mut agents, &mut problems);
+    let objects = objects::placement::place(&written, &objects::ids(&root), &mut agents, &mut problems);
     unique_ids(&agents, &written, &virtuals, &mut problems);
     if problems.has_errors() {
         return (None, problems.sorted());

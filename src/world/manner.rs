@@ -28,6 +28,11 @@ pub fn read(id: &str, table: &Table<'_>, arms: &[Arm], problems: &mut Problems) 
         manner.is_sitting = is_sitting;
         let span = table.get("sitting").map_or(table.span, |v| v.span);
         say("sitting", Literal::Bool(is_sitting), span);
+    } else if let Some(posture) = table.text("posture", &mut Problems::default())
+        && posture.text == "sitting"
+    {
+        manner.is_sitting = true;
+        say("sitting", Literal::Bool(true), posture.span);
     }
     for (key, slot) in [
         ("mobility", &mut manner.mobility),

@@ -34,10 +34,10 @@ pub fn pairs(tree: &Tree, bodies: &[Body], rest: &[f64], given: &BTreeSet<(usize
             }
         }
     }
-    let X_WL = tree.link_poses(&Pose::identity(), rest);
+    let at_rest = Placed::new(bodies, &solids, &tree.link_poses(&Pose::identity(), rest));
     open.retain(|&(a, b)| {
         let near = steps(tree, &groups, &links, a, b) == Some(2);
-        let excused = near && links_touch(bodies, &solids, &X_WL, a, b);
+        let excused = near && at_rest.touch(a, b);
         if excused {
             pairs.insert((a, b));
         }
@@ -45,6 +45,9 @@ pub fn pairs(tree: &Tree, bodies: &[Body], rest: &[f64], given: &BTreeSet<(usize
     });
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     for _ in 0..SAMPLES {
+        if open.is_empty() {
+            break;
+        }
         let q: Vec<f64> = tree
             .dofs
             .iter()
@@ -53,19 +56,35 @@ pub fn pairs(tree: &Tree, bodies: &[Body], rest: &[f64], given: &BTreeSet<(usize
                 lower + rng.random::<f64>() * (upper - lower)
             })
             .collect();
-        let X_WL = tree.link_poses(&Pose::identity(), &q);
-        open.retain(|&(a, b)| links_touch(bodies, &solids, &X_WL, a, b));
+        let placed = Placed::new(bodies, &solids, &tree.link_poses(&Pose::identity(), &q));
+        open.retain(|&(a, b)| placed.touch(a, b));
     }
     pairs.extend(open);
     pairs
 }
 
-fn links_touch(bodies: &[Body], solids: &[Solid], X_WL: &[Pose], a: usize, b: usize) -> bool {
-    let of = |link: usize| bodies.iter().zip(solids).filter(move |(body, _)| body.link == link);
-    of(a).any(|(body_a, solid_a)| {
-        let X_WA = X_WL[a] * body_a.X_LS;
-        of(b).any(|(body_b, solid_b)| touch(solid_a, &X_WA, solid_b, &(X_WL[b] * body_b.X_LS)))
-    })
+/// The bodies in the world, by link.
+struct Placed<'a>(Vec<Vec<(&'a Solid, Pose)>>);
+
+impl<'a> Placed<'a> {
+    fn new(bodies: &[Body], solids: &'a [Solid], X_WL: &[Pose]) -> Self {
+        let mut placed = vec![Vec::new(); X_WL.len()];
+        for (body, solid) in bodies.iter().zip(solids) {
+            placed[body.link].push((solid, X_WL[body.link] * body.X_LS));
+        }
+        Placed(placed)
+    }
+
+    fn touch(&self, a: usize, b: usize) -> bool {
+        self.0[a].iter().any(|(solid_a, X_WA)| {
+            self.0[b].iter().any(|(solid_b, X_WB)| {
+                // Most pairs are far apart: spheres about their origins tell.
+                let reach = solid_a.radius() + solid_b.radius();
+                let between = X_WA.translation.vector - X_WB.translation.vector;
+                between.norm_squared() <= reach * reach && touch(solid_a, X_WA, solid_b, X_WB)
+            })
+        })
+    }
 }
 
 /// Returns for each link the first link of the rigid piece that it is part of.

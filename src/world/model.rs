@@ -11,7 +11,7 @@ use super::srdf::{self, Srdf};
 use super::table::{self, Name, Table};
 use super::{Arm, BaseKind, Body, Camera, may_touch, navigation, pose, problems, urdf};
 use crate::diag::{Problem, Problems};
-use crate::geom::kinematics::Tree;
+use crate::geom::kinematics::{Dof, Tree};
 use crate::geom::navigation::timing::Limits;
 use crate::source::{FileId, Files, Sources, Span};
 
@@ -28,7 +28,7 @@ pub struct Model {
     pub base_limits: Limits,
 }
 
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 16] = [
     "urdf",
     "srdf",
     "packages",
@@ -39,6 +39,8 @@ const KEYS: [&str; 14] = [
     "speeds",
     "acceleration",
     "accelerations",
+    "jerk",
+    "jerks",
     "arms",
     "camera",
     "postures",
@@ -48,6 +50,10 @@ const KEYS: [&str; 14] = [
 /// Joints without a value of their own get this acceleration limit [rad/s^2] or [m/s^2].
 /// HEURISTIC: a tenth of what the motors of a light arm give; a model file says better.
 const ACCELERATION: f64 = 1.0;
+
+/// Joints without a jerk limit of their own come to their full acceleration in this time [s].
+/// HEURISTIC: about what people and the drives of robots beside people take.
+const TIME_TO_ACCELERATE: f64 = 0.1;
 
 /// Reads a model file and its URDF; `path` as `files` understands it.
 pub fn read(path: &str, sources: &mut Sources, files: &dyn Files) -> (Option<Model>, Problems) {
@@ -252,7 +258,7 @@ fn fill(root: &Table<'_>, robot: urdf::Robot, srdf: &Srdf, file: FileId, problem
         bodies.retain(|body| Some(body.link) != link);
     }
     speeds(root, &mut tree, problems);
-    accelerations(root, &mut tree, problems);
+    rates(root, &mut tree, problems);
     let arms = arms::read(root, &tree, srdf, problems);
     let base = base_kind(root, problems);
     let base_limits = navigation::limits(root, problems);
@@ -447,34 +453,57 @@ fn speeds(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
     }
 }
 
-fn accelerations(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
+/// Reads the limits of acceleration and jerk of all joints, then those of single ones.
+fn rates(root: &Table<'_>, tree: &mut Tree, problems: &mut Problems) {
+    for dof in &mut tree.dofs {
+        dof.max_acceleration = ACCELERATION;
+    }
+    limit(
+        root,
+        ("acceleration", "accelerations"),
+        tree,
+        |d| &mut d.max_acceleration,
+        problems,
+    );
+    for dof in &mut tree.dofs {
+        dof.max_jerk = dof.max_acceleration / TIME_TO_ACCELERATE;
+    }
+    limit(root, ("jerk", "jerks"), tree, |d| &mut d.max_jerk, problems);
+}
+
+/// Reads `one` limit for all joints, and the table of those that have their own.
+fn limit(
+    root: &Table<'_>,
+    (one, own): (&str, &str),
+    tree: &mut Tree,
+    of: fn(&mut Dof) -> &mut f64,
+    problems: &mut Problems,
+) {
     let positive = |what: &str, value: f64, span: Span, problems: &mut Problems| {
         if value <= 0.0 {
-            let message = format!("{what} is {value}, which is no acceleration limit");
+            let message = format!("{what} is {value}, which is no {one} limit");
             problems.push(problems::bad_value(message, span, "", "write a number above zero"));
         }
         value > 0.0
     };
-    let mut default = ACCELERATION;
-    if let Some((value, span)) = root.number("acceleration", problems)
-        && positive("`acceleration`", value, span, problems)
+    if let Some((value, span)) = root.number(one, problems)
+        && positive(&format!("`{one}`"), value, span, problems)
     {
-        default = value;
+        for dof in &mut tree.dofs {
+            *of(dof) = value;
+        }
     }
-    for dof in &mut tree.dofs {
-        dof.max_acceleration = default;
-    }
-    let Some(table) = root.table("accelerations", "`[accelerations]`", problems) else {
+    let Some(table) = root.table(own, &format!("`[{own}]`"), problems) else {
         return;
     };
     for (name, value) in table.entries() {
-        let what = format!("the acceleration of `{}`", name.text);
+        let what = format!("the {one} of `{}`", name.text);
         let dof = find_dof(tree, name, &table.place, problems);
         let number = value
             .number(&what, problems)
             .filter(|n| positive(&what, *n, value.span, problems));
         if let (Some(dof), Some(number)) = (dof.and_then(|d| tree.dofs.get_mut(d)), number) {
-            dof.max_acceleration = number;
+            *of(dof) = number;
         }
     }
 }

@@ -83,6 +83,12 @@ pub fn read<'a>(root: &Table<'a>, solids: &mut Solids<'_, '_>, problems: &mut Pr
     all
 }
 
+/// Returns the ids of all objects, also of those that a problem tells of.
+pub fn ids<'a>(root: &Table<'a>) -> Vec<&'a str> {
+    let tables = root.named_tables("objects", "object", &mut Problems::default());
+    tables.iter().map(|(name, _)| name.text).collect()
+}
+
 /// Reads all virtual objects that have a shape, with the places of their names; problems tell of the others.
 pub fn read_virtual(
     root: &Table<'_>,

@@ -177,7 +177,7 @@ pub enum BaseKind {
     Planar,
     /// On the floor along its heading, forward or backward, turning on the spot.
     Differential,
-    /// In the air: x, y, z and yaw. Nothing plans a change of height: a base goes at the height at which it is.
+    /// In the air: x, y, z and yaw. Nothing plans flights: it acts from where it hovers.
     Flying,
 }
 

@@ -24,7 +24,7 @@ pub use look::offset;
 /// What a URDF says.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// `max_acceleration` is infinite: the model file tells it.
+    /// `max_acceleration` and `max_jerk` are infinite: the model file tells them.
     pub tree: Tree,
     pub bodies: Vec<Body>,
 }

@@ -50,6 +50,20 @@ fn manual_pages_are_there_for_all() {
 }
 
 #[test]
+fn the_schema_kept_in_the_docs_is_the_one_printed() {
+    let printed = Lab::new().ends(0, &["schema"]).out;
+    let kept = std::path::Path::new("docs/plan.schema.json");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(kept, &printed).unwrap();
+    }
+    assert_eq!(
+        std::fs::read_to_string(kept).unwrap(),
+        printed,
+        "UPDATE_DOCS=1 writes it anew"
+    );
+}
+
+#[test]
 fn quiet_says_nothing_and_verbose_says_more() {
     let lab = Lab::new();
     assert_ne!(lab.ends(0, &plan(&["--best"])).err, "");

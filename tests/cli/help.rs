@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Lab;
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "plan",
     "trace",
     "validate",
@@ -18,6 +18,7 @@ const COMMANDS: [&str; 16] = [
     "reproduce",
     "watch",
     "new",
+    "schema",
     "completions",
     "man",
     "lsp",

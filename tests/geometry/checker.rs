@@ -50,6 +50,7 @@ fn tree(joints: &[(u8, f64, Pose, Vec3, f64)]) -> Tree {
                 upper: 3.0,
                 max_velocity: 1.0,
                 max_acceleration: 1.0,
+                max_jerk: 10.0,
             });
             Drive {
                 dof: tree.dofs.len() - 1,

@@ -40,6 +40,7 @@ fn arm(joints: &[([f64; 3], [f64; 3], f64, f64)], tool: [f64; 3]) -> Chain {
             upper: *upper,
             max_velocity: 1.0,
             max_acceleration: 1.0,
+            max_jerk: 10.0,
         });
     }
     Chain::new(&tree, 0, joints.len(), &Pose::translation(tool[0], tool[1], tool[2])).unwrap()

@@ -60,6 +60,7 @@ fn follow(case: &Case, geometry: &Geometry, q: &mut [f64]) -> BTreeMap<String, P
         let expected = match sub.motion {
             Motion::Gripper => &body.arms[arm].gripper.as_ref().unwrap().dofs,
             Motion::Free | Motion::Straight => &body.arms[arm].dofs,
+            Motion::Posture | Motion::Base => panic!("an arm's action: {}", sub.name),
         };
         assert_eq!(&dofs, expected, "{}", sub.name);
         let now: Vec<f64> = dofs.iter().map(|d| q[*d]).collect();

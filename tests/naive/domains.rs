@@ -261,14 +261,34 @@ pub fn row(choices: &[u16]) -> Domain {
             subtasks: subtasks.collect(),
         }],
     };
-    // The last action has to fail often.
-    if let Some(Ok(last)) = domain.methods[0].decompositions[0]
-        .subtasks
-        .last()
-        .map(|s| s.call.clone())
-    {
-        domain.actions[last].before.push(test(&of_task(false), c));
+    // Two tasks that choose, each of which changes one attribute, and a last action that fails often.
+    for action in 0..2 {
+        let sure = "O".to_owned();
+        domain.actions[action].effects = vec![match (action, c.below(2)) {
+            (0, 0) => Effect::Use(sure, agent(c), c.is(2)),
+            (0, _) => Effect::Done(sure, c.is(2)),
+            (_, 0) => Effect::Hold(agent(c), Some(Object::Var(sure))),
+            _ => Effect::Next(sure, Some(Object::Const(c.below(3)))),
+        }];
+        let mut inner = of_task(true);
+        inner.sure.push("S".into());
+        domain.methods[1 + action].goal = None;
+        domain.methods[1 + action].decompositions[0] = Decomposition {
+            before: Vec::new(),
+            binders: vec![Binder::Select("S".into(), tests(&inner, c, 1))],
+            subtasks: vec![Subtask {
+                agent: "A".into(),
+                object: Object::Var("S".into()),
+                call: Ok(action),
+                after: Vec::new(),
+            }],
+        };
     }
+    let last = 2 + c.below(N_ACTIONS - 2);
+    if let Some(subtask) = domain.methods[0].decompositions[0].subtasks.last_mut() {
+        subtask.call = Ok(last);
+    }
+    domain.actions[last].before = (0..1 + c.below(2)).map(|_| test(&of_task(false), c)).collect();
     domain
 }
 

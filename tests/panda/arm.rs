@@ -242,7 +242,6 @@ impl Space for Naive<'_> {
 pub struct Fast<'a> {
     panda: &'a Panda,
     checker: Checker,
-    lanes: Vec<[f64; LANES]>,
 }
 
 impl<'a> Fast<'a> {
@@ -264,7 +263,6 @@ impl<'a> Fast<'a> {
         Fast {
             panda,
             checker: Checker::new(&panda.rig, &X_WL, &panda.q, &[], &obstacles, &margin),
-            lanes: vec![[0.0; LANES]; panda.dofs.len()],
         }
     }
 
@@ -285,7 +283,6 @@ impl Space for Fast<'_> {
     fn all_free(&mut self, qs: &[f64]) -> bool {
         self.checker.all_free(qs)
     }
-
 }
 
 /// Spacing of the checks while a path is searched; what is found is checked again at the other one [rad].

@@ -383,9 +383,10 @@ pub fn trees() -> Vec<Damage> {
                 let mut again = p.actions[PICK].clone();
                 again.index = 4;
                 let motions = &mut again.geometry.as_mut().unwrap().sub_actions;
-                motions.remove(0);
-                motions[0] = arm("engage", Motion::Straight, &[over, there]);
-                motions[2] = arm("disengage", Motion::Straight, &[there, over]);
+                let aside = [0.25, 0.25, z_above(0.1), 0.3];
+                motions[0] = arm("approach", Motion::Free, &[over, aside, over]);
+                motions[1] = arm("engage", Motion::Straight, &[over, there]);
+                motions[3] = arm("disengage", Motion::Straight, &[there, over]);
                 p.actions.push(again);
                 reckon(p);
             }),
@@ -566,6 +567,20 @@ pub fn schedules() -> Vec<Damage> {
                     reasons: vec![LinkReason::Order],
                 })
             }),
+        ),
+        damage(
+            "a link that supplies nothing",
+            "link-reason",
+            none,
+            &["never sets `NONE.such`"],
+            right(|p| p.links.last_mut().unwrap().reasons = vec![LinkReason::Threat("NONE.such".into())]),
+        ),
+        damage(
+            "a link without a reason",
+            "link-reason",
+            none,
+            &["none is given"],
+            right(|p| p.links[0].reasons.clear()),
         ),
         damage(
             "a link against the order",

@@ -46,6 +46,8 @@ impl Recipe {
 
 /// Speed and acceleration limits of x, y, z, yaw, finger.
 const LIMITS: [(f64, f64); 5] = [(1.0, 4.0), (1.0, 4.0), (1.0, 4.0), (2.0, 8.0), (0.2, 2.0)];
+/// The jerk limit of each joint is so many times its limit of acceleration.
+const JERK_PER_ACCELERATION: f64 = 100.0;
 const NAMES: [&str; 5] = ["x", "y", "z", "yaw", "finger"];
 const SAMPLES: usize = 25;
 
@@ -57,8 +59,12 @@ fn motion(joints: std::ops::Range<usize>, points: &[Vec<f64>]) -> Trajectory {
         let (a, b) = (&pair[0], &pair[1]);
         let needed = joints.clone().zip(a.iter().zip(b)).map(|(j, (a, b))| {
             let way = (b - a).abs();
-            // 3 s^2 - 2 s^3 has at most speed 1.5 and acceleration 6.
-            (1.6 * way / LIMITS[j].0).max((7.0 * way / LIMITS[j].1).sqrt())
+            // 10 s^3 - 15 s^4 + 6 s^5 has at most speed 1.875, acceleration 5.78 and jerk 60.
+            let jerk = JERK_PER_ACCELERATION * LIMITS[j].1;
+            let by_acceleration = (6.5 * way / LIMITS[j].1).sqrt();
+            (2.0 * way / LIMITS[j].0)
+                .max(by_acceleration)
+                .max((65.0 * way / jerk).cbrt())
         });
         let length = needed.fold(0.0, f64::max);
         if length == 0.0 {
@@ -67,7 +73,7 @@ fn motion(joints: std::ops::Range<usize>, points: &[Vec<f64>]) -> Trajectory {
         let begin = *times.last().unwrap();
         for k in 1..=SAMPLES {
             let s = k as f64 / SAMPLES as f64;
-            let t = s * s * (3.0 - 2.0 * s);
+            let t = s * s * s * (10.0 + s * (6.0 * s - 15.0));
             times.push(begin + s * length);
             positions.push(a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect());
         }

@@ -317,6 +317,14 @@ pub fn surroundings() -> Vec<Damage> {
             plain(),
         )
         .world(|w| w.scene.agents[0].tree.dofs[0].max_acceleration = 1.0),
+        damage(
+            "a gentler joint",
+            "jerk",
+            (Some(PICK), Some("approach")),
+            &["`x`", "limit is 5.0"],
+            plain(),
+        )
+        .world(|w| w.scene.agents[0].tree.dofs[0].max_jerk = 5.0),
     ]
 }
 

@@ -48,6 +48,7 @@ fn dof(name: &str, lower: f64, upper: f64, max_velocity: f64, max_acceleration: 
         upper,
         max_velocity,
         max_acceleration,
+        max_jerk: 100.0 * max_acceleration,
     }
 }
 

@@ -20,6 +20,7 @@ ROBOTS = {
     "ur5": "ur_description/urdf/ur5_gripper.urdf",
     "pr2": "pr2_description/urdf/pr2.urdf",
     "tiago_pro": "tiago_pro_description/robots/tiago_pro.urdf",
+    "tiago": "tiago_description/robots/tiago.urdf",
 }
 
 for seed, (name, path) in enumerate(ROBOTS.items()):

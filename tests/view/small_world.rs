@@ -76,6 +76,7 @@ fn arm_tree() -> Tree {
         upper,
         max_velocity: 1.0,
         max_acceleration: 1.0,
+        max_jerk: 10.0,
     };
     Tree {
         links: ["base", "upper_arm", "forearm", "left_finger", "right_finger"]

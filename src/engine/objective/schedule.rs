@@ -6,6 +6,7 @@
 use std::rc::Rc;
 
 use super::Touched;
+use crate::engine::order::Family;
 use crate::engine::outcome::{Charge, NONE, Step, Tree};
 use crate::engine::reduction::Reduction;
 use crate::ir::{Domain, EntityId, RuleKind};
@@ -250,7 +251,6 @@ impl Schedule {
 #[derive(Debug, Default)]
 struct Branches {
     parent: Vec<u32>,
-    subtask: Vec<u32>,
     /// The step of a leaf, or [`NONE`].
     step: Vec<u32>,
     /// Whether there is an action at or below it.
@@ -271,7 +271,6 @@ impl Branches {
             let i = self.parent.len() as u32;
             let new = &tree.nodes[i as usize];
             self.parent.push(new.parent);
-            self.subtask.push(new.subtask);
             self.step.push(NONE);
             self.acts.push(false);
             self.last_child.push(NONE);
@@ -282,12 +281,13 @@ impl Branches {
             }
             let last = std::mem::replace(&mut self.last_child[new.parent as usize], i);
             self.previous.push(last);
-            let siblings = self.siblings_before(domain, tree, i);
-            let before = if siblings.is_empty() {
-                Rc::clone(&self.before[new.parent as usize])
-            } else {
-                let all = siblings.iter().flat_map(|s| self.last_steps(domain, tree, *s));
-                all.collect()
+            let (mut siblings, mut passed, mut all) = (Vec::new(), Vec::new(), Vec::new());
+            let family = self.family(domain, tree);
+            family.siblings_before(i, &mut siblings, &mut passed);
+            siblings.iter().for_each(|s| family.last_steps(*s, &mut all));
+            let before = match siblings.is_empty() {
+                true => Rc::clone(&self.before[new.parent as usize]),
+                false => all.into(),
             };
             self.before.push(before);
         }
@@ -298,7 +298,6 @@ impl Branches {
             self.step.pop();
             self.acts.pop();
             self.last_child.pop();
-            self.subtask.pop();
             self.before.pop();
             if let (Some(parent), Some(previous)) = (self.parent.pop(), self.previous.pop())
                 && parent != NONE
@@ -330,66 +329,14 @@ impl Branches {
         }
     }
 
-    fn child(&self, parent: u32, subtask: u32) -> Option<u32> {
-        let mut child = self.last_child[parent as usize];
-        while child != NONE && self.subtask[child as usize] != subtask {
-            child = self.previous[child as usize];
+    fn family<'a>(&'a self, domain: &'a Domain, tree: &'a Tree) -> Family<'a> {
+        Family {
+            domain,
+            tree,
+            step: &self.step,
+            acts: &self.acts,
+            last_child: &self.last_child,
+            previous: &self.previous,
         }
-        (child != NONE).then_some(child)
-    }
-
-    /// Returns the siblings with actions that a node comes after; those without lead on to what they come after.
-    fn siblings_before(&self, domain: &Domain, tree: &Tree, node: u32) -> Vec<u32> {
-        let parent = self.parent[node as usize];
-        let Some(decomposition) = tree.decomposition_in(domain, parent) else {
-            return Vec::new();
-        };
-        let (mut found, mut seen) = (Vec::new(), Vec::new());
-        let mut left = decomposition.subtasks[self.subtask[node as usize] as usize]
-            .after
-            .clone();
-        while let Some(position) = left.pop() {
-            if seen.contains(&position) {
-                continue;
-            }
-            seen.push(position);
-            match self.child(parent, position as u32) {
-                Some(sibling) if self.acts[sibling as usize] => found.push(sibling),
-                Some(_) => left.extend(&decomposition.subtasks[position].after),
-                None => {}
-            }
-        }
-        found
-    }
-
-    /// Returns the steps at or below a node that no other step there comes after by the order of the domain.
-    fn last_steps(&self, domain: &Domain, tree: &Tree, node: u32) -> Vec<u32> {
-        let (mut steps, mut left) = (Vec::new(), vec![node]);
-        while let Some(at) = left.pop() {
-            if self.step[at as usize] != NONE {
-                steps.push(self.step[at as usize]);
-                continue;
-            }
-            let Some(decomposition) = tree.decomposition_in(domain, at) else {
-                continue;
-            };
-            // Siblings that come after others are taken up after them.
-            let mut is_followed = vec![false; decomposition.subtasks.len()];
-            let mut child = self.last_child[at as usize];
-            while child != NONE {
-                let subtask = self.subtask[child as usize] as usize;
-                let acts = self.acts[child as usize];
-                if acts && !is_followed[subtask] {
-                    left.push(child);
-                }
-                if acts || is_followed[subtask] {
-                    for before in &decomposition.subtasks[subtask].after {
-                        is_followed[*before] = true;
-                    }
-                }
-                child = self.previous[child as usize];
-            }
-        }
-        steps
     }
 }

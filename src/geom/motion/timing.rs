@@ -1,23 +1,29 @@
-//! Times for a path: a motion from rest to rest within the limits of speed and acceleration.
+//! Times for a path: a motion from rest to rest within the limits of speed, acceleration and jerk.
 //!
 //! Corners are rounded by circular arcs (Kunz & Stilman, RSS 2012, doi:10.15607/RSS.2012.VIII.027: `blend`), the fastest speed along the
-//! result is found on a grid (Pham & Pham, IEEE T-RO 34(3), 2018, doi:10.1109/TRO.2018.2819195: `profile`), and the motion is sampled.
-//! The limits hold for the samples with straight lines in between, by this rule, which a validator can check:
+//! result is found on a grid (Pham & Pham, IEEE T-RO 34(3), 2018, doi:10.1109/TRO.2018.2819195: `profile`), a moving average takes the steps out of
+//! the acceleration (`smooth`), and the motion is sampled.
+//! The limits hold for the samples by this rule, which a validator can check; the motion is at rest before its first sample and after its last:
 //!
 //! - velocity of segment k: `v_k = (q_{k+1} - q_k) / dt_k`, each `|v_k|` at most the dof's `max_velocity`;
-//! - acceleration at sample k: `(v_k - v_{k-1}) / ((dt_{k-1} + dt_k) / 2)`, and at the two ends, from and to rest, `v / (dt / 2)`;
-//!   each at most the dof's `max_acceleration`.
+//! - acceleration at sample k: `a_k = (v_k - v_{k-1}) / ((dt_{k-1} + dt_k) / 2)`, and at the two ends, from and to rest, `v / (dt / 2)`;
+//!   each at most the dof's `max_acceleration`;
+//! - jerk of segment k: `3 (a_{k+1} - a_k) / (dt_{k-1} + dt_k + dt_{k+1})`, each at most the dof's `max_jerk`; here the ends have samples at rest
+//!   beyond them, as far apart as the samples beside.
 //!
-//! A motion whose true velocity and acceleration are within the limits keeps this rule, since its differences are averages of them; what the grid
-//! leaves over is stretched away. Does not bound jerk, and does not look for another path that would be faster.
+//! These are divided differences, hence averages of the true velocity, acceleration and jerk: a motion within the limits keeps the rule. What the grids
+//! leave over is stretched away. Does not look for another path that would be faster.
 
 mod blend;
 mod profile;
+mod rates;
+mod smooth;
 
-use super::{Path, Space, between_is_free, length};
-use crate::geom::kinematics::Dof;
+use super::{Path, Space, length, onward_is_free};
 use blend::Curve;
 use profile::Profile;
+use rates::{Limits, Use};
+use smooth::Motion;
 
 /// Sampling and rounding. No `Default`: the caller knows what follows the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,10 +52,6 @@ impl Timed {
     }
 }
 
-/// A limit that is zero, negative or not a number cannot be kept; it counts as this slow.
-const SLOWEST: f64 = 1e-3;
-/// A limit that is infinite counts as this fast.
-const FASTEST: f64 = 1e6;
 /// Samples of one motion between two stops, whatever the period.
 const MAX_SAMPLES: f64 = 100_000.0;
 /// A corner that is not free is tried again at half of the deviation, so many times.
@@ -67,18 +69,18 @@ pub fn time(space: &mut dyn Space, path: &Path, settings: &Settings) -> Timed {
             positions: vertices,
         };
     }
-    let (speeds, accelerations) = limits(space.dofs(), &vertices[0]);
+    let limits = Limits::new(space.dofs(), vertices[0].len());
     let mut deviations = vec![settings.max_deviation.max(0.0); vertices.len()];
     for (corner, deviation) in deviations.iter_mut().enumerate() {
         allow(space, &vertices, corner, deviation, settings.resolution);
     }
     loop {
         let curve = Curve::new(&vertices, &deviations);
-        let profile = Profile::fastest(&curve, &speeds, &accelerations);
-        let samples = sample(&curve, &profile, settings.sample_period);
+        let profile = Profile::fastest(&curve, &limits.speeds, &limits.accelerations);
+        let samples = smoothed(&curve, &profile, settings.sample_period, &limits);
         let blamed = blamed(space, &curve, &samples, settings.resolution);
         if blamed.is_empty() {
-            return stretched(samples.timed, &speeds, &accelerations);
+            return stretched(samples.timed, &limits);
         }
         // Each round has more stops, hence this ends.
         for corner in blamed {
@@ -112,17 +114,6 @@ fn distinct(path: &Path) -> Path {
     vertices
 }
 
-/// Speed and acceleration limits for each entry of `q`; an entry without a dof has none.
-fn limits(dofs: &[Dof], q: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let sane = |v: f64| if v > 0.0 { v.clamp(SLOWEST, FASTEST) } else { SLOWEST };
-    let of = |get: fn(&Dof) -> f64| {
-        (0..q.len())
-            .map(|i| dofs.get(i).map_or(FASTEST, |d| sane(get(d))))
-            .collect()
-    };
-    (of(|d| d.max_velocity), of(|d| d.max_acceleration))
-}
-
 /// Makes the deviation at a corner smaller until the arc is free; 0 when none is.
 fn allow(space: &mut dyn Space, vertices: &Path, corner: usize, deviation: &mut f64, resolution: f64) {
     for _ in 0..=HALVINGS {
@@ -143,41 +134,68 @@ fn allow(space: &mut dyn Space, vertices: &Path, corner: usize, deviation: &mut 
     *deviation = 0.0;
 }
 
-/// Samples with their places on the curve.
+/// Samples, and the part of the curve that each one but the first and the one before it are means of.
 struct Samples {
     timed: Timed,
-    s: Vec<f64>,
+    parts: Vec<(f64, f64)>,
 }
 
+/// Samples with a window as short as the limits of jerk allow.
+///
+/// In time `a / j` a joint can go from rest to full acceleration; from full braking to full acceleration takes twice as long.
+fn smoothed(curve: &Curve, profile: &Profile, period: f64, limits: &Limits) -> Samples {
+    let window = limits.time_to_accelerate();
+    let samples = sample(curve, profile, period, window);
+    let jerk = Use::of(&samples.timed, limits).jerk;
+    if (NEAR_ENOUGH..=1.0).contains(&jerk) {
+        return samples;
+    }
+    sample(curve, profile, period, window * jerk.clamp(0.0, 2.0))
+}
+
+/// A window that uses as much of the limits of jerk is short enough.
+const NEAR_ENOUGH: f64 = 0.95;
+/// A window that is shorter than this changes nothing [s]: jerk has no limit.
+const NO_WINDOW: f64 = 1e-5;
+
 /// Samples each stretch between two stops evenly, the stops included.
-fn sample(curve: &Curve, profile: &Profile, period: f64) -> Samples {
+fn sample(curve: &Curve, profile: &Profile, period: f64, window: f64) -> Samples {
+    let window = if window > NO_WINDOW { window } else { 0.0 };
     let mut samples = Samples {
         timed: Timed {
-            times: Vec::new(),
-            positions: Vec::new(),
+            times: vec![0.0],
+            positions: vec![curve.start().to_vec()],
         },
-        s: Vec::new(),
+        parts: Vec::new(),
     };
-    let mut push = |t: f64, s: f64, q: Vec<f64>| {
-        samples.timed.times.push(t);
-        samples.timed.positions.push(q);
-        samples.s.push(s);
-    };
-    push(0.0, 0.0, curve.start().to_vec());
-    let mut from = 0.0;
-    let mut cursor = 0;
+    let (mut from, mut s_from, mut start) = (0.0, 0.0, 0.0);
     for stop in curve.stops() {
         let to = profile.time_after(stop.after_piece);
-        let n = ((to - from) / period).ceil().clamp(1.0, MAX_SAMPLES) as usize;
-        for k in 1..n {
-            let t = from + (to - from) * k as f64 / n as f64;
-            let s = profile.place_at(t, &mut cursor);
+        let mut cursor = 0;
+        let motion = (window > 0.0).then(|| {
+            Motion::new(to - from, window, period, |t, q| {
+                curve.position(profile.place_at(from + t, &mut cursor), q);
+            })
+        });
+        let duration = to - from + window;
+        let n = (duration / period).ceil().clamp(1.0, MAX_SAMPLES) as usize;
+        let (mut oldest, mut newest, mut s_oldest) = (0, 0, s_from);
+        for k in 1..=n {
+            let t = duration * k as f64 / n as f64;
+            let s_newest = profile.place_at((from + t).min(to), &mut newest);
+            samples.parts.push((s_oldest, s_newest));
+            s_oldest = profile.place_at((from + t - window).clamp(from, to), &mut oldest);
             let mut q = Vec::new();
-            curve.position(s, &mut q);
-            push(t, s, q);
+            match &motion {
+                _ if k == n => q.extend_from_slice(&stop.q),
+                Some(motion) => motion.mean(t, window, &mut q),
+                None => curve.position(s_newest, &mut q),
+            }
+            samples.timed.times.push(start + t);
+            samples.timed.positions.push(q);
         }
-        push(to, stop.s, stop.q.clone());
-        from = to;
+        start += duration;
+        (from, s_from) = (to, stop.s);
     }
     samples
 }
@@ -188,51 +206,25 @@ fn sample(curve: &Curve, profile: &Profile, period: f64) -> Samples {
 fn blamed(space: &mut dyn Space, curve: &Curve, samples: &Samples, resolution: f64) -> Vec<usize> {
     let mut corners = Vec::new();
     let mut scratch = Vec::new();
-    for k in 1..samples.s.len() {
-        let (a, b) = (&samples.timed.positions[k - 1], &samples.timed.positions[k]);
-        if !(space.is_free(b) && between_is_free(space, a, b, resolution, &mut scratch)) {
-            corners.extend(curve.corners_within(samples.s[k - 1], samples.s[k]));
+    for (line, (from, to)) in samples.timed.positions.windows(2).zip(&samples.parts) {
+        if !onward_is_free(space, &line[0], &line[1], resolution, &mut scratch) {
+            corners.extend(curve.corners_within(*from, *to));
         }
     }
     corners
 }
 
 /// Slows the whole motion down until the samples keep the rule above.
-fn stretched(mut timed: Timed, speeds: &[f64], accelerations: &[f64]) -> Timed {
+fn stretched(mut timed: Timed, limits: &Limits) -> Timed {
     // The second round is for what rounding left.
     for _ in 0..3 {
-        let excess = excess(&timed, speeds, accelerations);
-        if excess <= 1.0 {
+        let slowdown = Use::of(&timed, limits).slowdown();
+        if slowdown <= 1.0 {
             break;
         }
         for t in &mut timed.times {
-            *t *= excess * (1.0 + 1e-9);
+            *t *= slowdown * (1.0 + 1e-9);
         }
     }
     timed
-}
-
-/// By how much the motion must be slower, as a factor of time; at most 1 when it keeps the rule.
-fn excess(timed: &Timed, speeds: &[f64], accelerations: &[f64]) -> f64 {
-    let mut worst = 0.0_f64;
-    let n = timed.times.len();
-    for j in 0..speeds.len() {
-        let mut before = 0.0;
-        let mut dt_before = 0.0;
-        for k in 1..=n {
-            // After the last sample: at rest.
-            let (v, dt) = if k < n {
-                let dt = timed.times[k] - timed.times[k - 1];
-                ((timed.positions[k][j] - timed.positions[k - 1][j]) / dt, dt)
-            } else {
-                (0.0, 0.0)
-            };
-            let acceleration = (v - before) / (0.5 * (dt_before + dt));
-            worst = worst
-                .max(v.abs() / speeds[j])
-                .max((acceleration.abs() / accelerations[j]).sqrt());
-            (before, dt_before) = (v, dt);
-        }
-    }
-    worst
 }

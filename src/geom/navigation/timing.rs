@@ -58,6 +58,7 @@ fn dof(name: &str, max_velocity: f64, max_acceleration: f64) -> Dof {
         upper: f64::INFINITY,
         max_velocity,
         max_acceleration,
+        max_jerk: f64::INFINITY,
     }
 }
 

@@ -15,12 +15,19 @@ use hand::in_hand_of;
 const EDGE: f64 = 1e-6;
 
 /// Returns how every object stands, in their order; `None` for those that a problem tells of. Closes the hands that hold one.
-pub fn place(written: &[Written<'_>], agents: &mut Agents, problems: &mut Problems) -> Vec<Option<ObjectState>> {
+///
+/// `ids` are those of all objects of the file: of one that is not among `written`, a problem tells already.
+pub fn place(
+    written: &[Written<'_>],
+    ids: &[&str],
+    agents: &mut Agents,
+    problems: &mut Problems,
+) -> Vec<Option<ObjectState>> {
     let mut states: Vec<Option<ObjectState>> = vec![None; written.len()];
     // Objects whose ground is not placed yet: (object, index of the object below or around, its name in the file).
     let mut waiting: Vec<(usize, usize, Name<'_>)> = Vec::new();
     for (o, object) in written.iter().enumerate() {
-        match ground(object, written, problems) {
+        match ground(object, written, ids, problems) {
             Ground::Pose(X_WO) => states[o] = Some(ObjectState { X_WO, held: None }),
             Ground::On(below, name) => waiting.push((o, below, name)),
             Ground::InHandOf(name) => {
@@ -94,7 +101,7 @@ const GROUNDS: [(&str, &[&str]); 3] = [
     ("in_hand_of", &["arm", "grasp"]),
 ];
 
-fn ground<'a>(object: &Written<'a>, written: &[Written<'a>], problems: &mut Problems) -> Ground<'a> {
+fn ground<'a>(object: &Written<'a>, written: &[Written<'a>], ids: &[&str], problems: &mut Problems) -> Ground<'a> {
     let table = &object.table;
     let given: Vec<&str> = GROUNDS
         .iter()
@@ -132,8 +139,9 @@ fn ground<'a>(object: &Written<'a>, written: &[Written<'a>], problems: &mut Prob
     }
     match written.iter().position(|w| w.name.text == name.text) {
         Some(below) => Ground::On(below, name),
+        None if ids.contains(&name.text) => Ground::Wrong,
         None => {
-            let known = written.iter().map(|w| w.name.text);
+            let known = ids.iter().copied();
             let place = format!("`{key}` of {}", table.place);
             let code = "world::unknown-object";
             problems.push(problems::unknown_name(
@@ -274,7 +282,7 @@ fn at(
             let along = stable.footprint.iter().map(|p| p[axis]);
             along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
         };
-        let fits = side(0).max(side(1)) <= 2.0 * half[0].max(half[1]);
+        let fits = side(0).max(side(1)) <= 10.0 * half[0].max(half[1]);
         problems.push(
             Problem::error(
                 "world::off-support",

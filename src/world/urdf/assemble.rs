@@ -313,6 +313,7 @@ fn drives(
                 look::SLOW
             },
             max_acceleration: f64::INFINITY,
+            max_jerk: f64::INFINITY,
         });
         drives.insert(
             j,
