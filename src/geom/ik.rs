@@ -161,15 +161,9 @@ fn search(
         if tries.no_ik.rejected > before {
             return Err(tries.no_ik);
         }
-        // Nothing was found. Six joints have no other solutions, or nearly so where two of them turn about one line: few tries say
-        // how far the target is. Of a redundant arm the values that were held may have been the wrong ones. What missed
-        // the limits by least is a good start.
-        tries.left = if is_redundant {
-            settings.restarts
-        } else {
-            settings.restarts.min(3)
-        }
-        .saturating_add(1);
+        // Nothing was found. Of a redundant arm the values that were held may have been the wrong ones; and where two axes fall into one
+        // line and an elbow is stretched, the share of each that the seed gave. What missed the limits by least is a good start.
+        tries.left = settings.restarts.saturating_add(1);
         misses.sort_by(|a, b| a.0.total_cmp(&b.0));
         misses.push((f64::INFINITY, search.seed.clone()));
         for (_, miss) in misses {
