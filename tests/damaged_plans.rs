@@ -58,7 +58,7 @@ const DAMAGES: &[Damage] = &[
                 .iter_mut()
                 .for_each(|t| *t /= 2.0)
         },
-        "jerk",
+        "acceleration",
         Some(2),
     ),
     (
@@ -67,7 +67,7 @@ const DAMAGES: &[Damage] = &[
             let times = &mut sub_action(plan, 0, "approach").trajectory.times;
             times.iter_mut().for_each(|t| *t /= 1.1);
         },
-        "jerk",
+        "acceleration",
         Some(0),
     ),
     (

@@ -1,4 +1,4 @@
-//! The 70 problems of `tests/panda`: all are solved, and every path is free at half of the planner's step.
+//! The 70 problems of `tests/panda`: all are solved, and every path is free at half of the step with which it was searched.
 //!
 //! The paths are judged by a test of every pair of exact shapes, one configuration after the other.
 #![expect(clippy::unwrap_used, reason = "tests may unwrap")]
@@ -33,7 +33,7 @@ fn all_are_solved_and_paths_are_free_at_half_the_step() {
         assert_eq!((&path[0], &path[path.len() - 1]), (&problem.start, &problem.goal));
         let mut judge = Naive::new(&panda, problem);
         for edge in path.windows(2) {
-            let n = (length(&edge[0], &edge[1]) / (0.5 * RESOLUTION)).ceil();
+            let n = (length(&edge[0], &edge[1]) / (0.5 * SEARCH)).ceil();
             for k in 0..=n as usize {
                 let t = k as f64 / n;
                 let q: Vec<f64> = edge[0].iter().zip(&edge[1]).map(|(a, b)| a + t * (b - a)).collect();

@@ -159,10 +159,10 @@ fn search(
                 break;
             }
         }
-        if tries.no_ik.rejected > before {
+        if tries.no_ik.rejected > before && !is_redundant {
             return Err(tries.no_ik);
         }
-        // Nothing was found. Of a redundant arm the values that were held may have been the wrong ones; and where two axes fall into one
+        // Nothing was found, or nothing that is accepted. Of a redundant arm the values that were held may have been the wrong ones; and where two axes fall into one
         // line and an elbow is stretched, the share of each that the seed gave. What missed the limits by least is a good start.
         tries.left = settings.restarts.saturating_add(1);
         misses.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -95,12 +95,17 @@ impl Surface {
         }
         for k in 0..AROUND {
             for i in 0..n - 1 {
+                let (upper, lower) = (&profile[i as usize], &profile[i as usize + 1]);
+                // An edge: one place with two normals.
+                if (upper.0, upper.1) == (lower.0, lower.1) {
+                    continue;
+                }
                 let (a, b) = (k * n + i, (k + 1) * n + i);
                 // A triangle with two corners on the axis has no area.
-                if profile[i as usize + 1].0 > 0.0 {
+                if lower.0 > 0.0 {
                     self.triangles.push([a, a + 1, b + 1]);
                 }
-                if profile[i as usize].0 > 0.0 {
+                if upper.0 > 0.0 {
                     self.triangles.push([a, b + 1, b]);
                 }
             }

