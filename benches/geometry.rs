@@ -8,11 +8,17 @@
 #[expect(dead_code, reason = "the tests of that file are not run here")]
 mod kinematics;
 
+#[path = "../tests/geometry/collisions.rs"]
+#[expect(dead_code, reason = "the tests of that file are not run here")]
+mod collisions;
+
+use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::UnitQuaternion;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use sgap::geom::checker::{Checker, LANES};
 use sgap::geom::collide::{Solid, distance, ray, touch};
 use sgap::geom::ik::{self, Target, solve};
 use sgap::geom::kinematics::batch::{Batch, X8};
@@ -415,4 +421,80 @@ fn timing_arm(bencher: Bencher) {
     };
     let mut next = counter();
     bencher.bench_local(|| time(&mut arm, &paths[next() % paths.len()], &settings));
+}
+
+/// A robot of `tests/geometry/collisions.json` among 20 objects, and what of it moves: all joints, or those of an arm.
+struct Crowd {
+    robot: collisions::Robot,
+    dofs: Vec<usize>,
+    rest: Vec<f64>,
+    checker: Checker,
+}
+
+const CROWDS: [&str; 3] = ["Panda", "PR2, one arm", "PR2, all joints"];
+
+fn crowd(what: &str) -> Crowd {
+    let mut robots = collisions::robots();
+    let robot = robots.swap_remove(usize::from(what != "Panda"));
+    let is_meant = |name: &str| what != "PR2, one arm" || (name.starts_with("r_") && !name.contains("finger"));
+    let dofs: Vec<usize> = (0..robot.tree.n_dofs())
+        .filter(|d| is_meant(&robot.tree.dofs[*d].name))
+        .collect();
+    let rest = vec![0.0; robot.tree.n_dofs()];
+    Crowd {
+        checker: robot.checker(&dofs, &rest),
+        robot,
+        dofs,
+        rest,
+    }
+}
+
+/// Hit or free: every pair in turn by the exact test, whose bounding spheres come first; N configurations.
+#[divan::bench(args = CROWDS)]
+fn collision_every_pair(bencher: Bencher, what: &str) {
+    let Crowd { robot, dofs, rest, .. } = crowd(what);
+    let links = robot.tree.links_moved_by(&dofs);
+    let moves: Vec<bool> = robot.bodies.iter().map(|b| links.contains(&b.link)).collect();
+    let (mut q, mut X_WL) = (rest.clone(), robot.tree.link_poses(&Pose::identity(), &rest));
+    bencher.counter(ItemsCount::new(N)).bench_local(|| {
+        let is_free = |all: &&Vec<f64>| {
+            dofs.iter().for_each(|d| q[*d] = all[*d]);
+            robot.tree.update_links(&links, &q, &mut X_WL);
+            robot.is_free_by_pairs(&X_WL, &moves)
+        };
+        robot.configurations.iter().take(N).filter(is_free).count()
+    });
+}
+
+/// The same by the checker, one by one.
+#[divan::bench(args = CROWDS)]
+fn collision_one(bencher: Bencher, what: &str) {
+    let Crowd {
+        robot,
+        dofs,
+        mut checker,
+        ..
+    } = crowd(what);
+    let of = |all: &Vec<f64>| dofs.iter().map(|d| all[*d]).collect::<Vec<f64>>();
+    let qs: Vec<Vec<f64>> = robot.configurations.iter().take(N).map(of).collect();
+    bencher
+        .counter(ItemsCount::new(N))
+        .bench_local(|| qs.iter().filter(|q| checker.is_free(q)).count());
+}
+
+/// The same, eight at a time.
+#[divan::bench(args = CROWDS)]
+fn collision_eight(bencher: Bencher, what: &str) {
+    let Crowd {
+        robot,
+        dofs,
+        mut checker,
+        ..
+    } = crowd(what);
+    let columns = |some: &[Vec<f64>]| dofs.iter().map(|d| std::array::from_fn(|k| some[k][*d])).collect();
+    let eights: Vec<Vec<[f64; LANES]>> = robot.configurations[..N].chunks(LANES).map(columns).collect();
+    bencher.counter(ItemsCount::new(N)).bench_local(|| {
+        let free = |eight: &Vec<[f64; LANES]>| checker.are_free(eight).iter().filter(|f| **f).count();
+        eights.iter().map(free).sum::<usize>()
+    });
 }

@@ -102,6 +102,7 @@ fn pick(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "pick",
                 args: &args,
+                given: &[],
                 constraints: &Formula::TRUE,
             },
         )
@@ -125,6 +126,7 @@ fn place_reachable(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "pick",
                 args: &pick,
+                given: &[],
                 constraints: &Formula::TRUE,
             },
         )
@@ -137,6 +139,7 @@ fn place_reachable(bencher: Bencher<'_, '_>, object: &str) {
             &Call {
                 name: "placeReachable",
                 args: &place,
+                given: &[],
                 constraints: &Formula::TRUE,
             },
         )

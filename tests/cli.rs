@@ -9,6 +9,8 @@
 mod bad_input;
 #[path = "cli/comfort.rs"]
 mod comfort;
+#[path = "cli/facts.rs"]
+mod facts;
 #[path = "cli/fmt.rs"]
 mod fmt;
 #[path = "cli/hddl.rs"]

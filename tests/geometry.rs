@@ -12,6 +12,8 @@ mod checker;
 mod closed_form;
 #[path = "geometry/collide.rs"]
 mod collide;
+#[path = "geometry/collisions.rs"]
+mod collisions;
 #[path = "geometry/hull.rs"]
 mod hull;
 #[path = "geometry/ik.rs"]

@@ -5,6 +5,7 @@
 #![expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 #[path = "panda/arm.rs"]
+#[expect(dead_code, reason = "the bench of these problems uses the rest")]
 mod arm;
 
 use arm::{Fast, Naive, Problem, RESOLUTION, SEARCH, panda, problems, search, simplify};

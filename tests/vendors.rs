@@ -262,11 +262,14 @@ fn their_arms_are_solved() {
             let mut rng = ChaCha8Rng::seed_from_u64(2);
             for (q, seed) in poses {
                 let X_KT = chain.tool_pose(&q);
-                let again = form.unwrap().solve(&chain, &X_KT, &q);
-                assert!(
-                    again[0].iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6),
-                    "{robot}: {q:?}"
-                );
+                let again = form.map_or_else(Vec::new, |form| form.solve(&chain, &X_KT, &q));
+                if let Some(first) = again.first() {
+                    assert!(
+                        first.iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-6),
+                        "{robot}: {q:?}"
+                    );
+                }
+                assert_eq!(again.is_empty(), form.is_none(), "{robot}: {q:?}");
                 for s in &again {
                     let off = X_KT.inv_mul(&chain.tool_pose(s));
                     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.imag().norm() < 1e-9);

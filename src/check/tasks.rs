@@ -6,6 +6,7 @@ use super::kinds::Kind;
 use super::names::Names;
 use super::problems;
 use crate::diag::{Problem, Problems};
+use crate::ir::geometric::ChoiceSet;
 use crate::ir::{self, Base, Effect, Expr, Test};
 use crate::source::Span;
 use crate::syntax::ast::{self, AssignOp, Clause};
@@ -149,11 +150,67 @@ impl Walk<'_> {
             self.problems.push(problem);
             return None;
         };
-        let args = self.arguments("geometric action", call, &signature.params, signature.span);
+        let mut args = self.arguments("geometric action", call, &signature.params, signature.span);
+        let given = self.given(source, &mut args);
         Some(ir::Projection {
             name: name.text.clone(),
             args,
+            given,
         })
+    }
+
+    /// Returns the choices that the call makes, and adds their values to its arguments.
+    fn given(&mut self, source: &ast::GeometricCall, args: &mut Vec<Expr>) -> Vec<ir::ChoiceId> {
+        let mut given: Vec<ir::ChoiceId> = Vec::new();
+        // One with errors has its own.
+        let Some(action) = self.names.domain.geometric(&source.call.name.text).cloned() else {
+            return given;
+        };
+        for binding in &source.given {
+            let name = &binding.name;
+            // A middle is no choice; where an agent stands is not to be given yet.
+            let free = |c: &&ir::geometric::Choice| !matches!(c.from, ChoiceSet::Centre(_) | ChoiceSet::Stands { .. });
+            let Some(at) = action.choices.iter().position(|c| c.name == name.text && free(&c)) else {
+                let known = action.choices.iter().filter(free).map(|c| c.name.as_str());
+                let problem = problems::unknown("hatp::unknown-choice", "choice", &name.text, name.span, known);
+                self.problems.push(problem);
+                continue;
+            };
+            let choice = ir::ChoiceId(at as u32);
+            if given.contains(&choice) {
+                let first = source
+                    .given
+                    .iter()
+                    .find(|b| b.name.text == name.text)
+                    .map(|b| b.name.span);
+                self.problems
+                    .push(problems::duplicate("choice", &name.text, name.span, first));
+                continue;
+            }
+            let value = &binding.value;
+            match action.choices[at].from {
+                ChoiceSet::Arms(_) | ChoiceSet::Grasps(_) | ChoiceSet::Supports(_) | ChoiceSet::Stable(_) => {
+                    args.push(self.expect(value, Kind::String));
+                    given.push(choice);
+                }
+                ChoiceSet::Angles => {
+                    args.push(self.number(value));
+                    given.push(choice);
+                }
+                ChoiceSet::Points(_) | ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => match &value.kind {
+                    ast::ExprKind::Pair(x, y) => {
+                        args.extend([self.number(x), self.number(y)]);
+                        given.extend([choice, choice]);
+                    }
+                    _ => {
+                        let problem = problems::wrong_type(value.span, "a point `(x, y)`", "one value");
+                        self.problems
+                            .push(problem.help("write both in parentheses, in metres: `xy = (0.1, 0)`"));
+                    }
+                },
+            }
+        }
+        given
     }
 
     fn alternatives(&mut self, expr: &ast::Expr) -> Option<u32> {

@@ -134,10 +134,13 @@ enum Command {
   sgap import domains/transport.hddl domains/transport_1.hddl -o transport.hatp
   sgap plan transport.hatp --task 'Problem()'")]
     Import(import::Options),
-    /// Print every geometric fact of a world's start state
+    /// Print every geometric fact of a world, at the start or after a plan; or answer single questions and say why
     #[command(after_help = "Examples:
   sgap facts worlds/three_objects.toml
-  sgap facts worlds/three_objects.toml --all --json")]
+  sgap facts worlds/three_objects.toml --all --json
+  sgap facts worlds/three_objects.toml 'isReachable(RED_CUBE, BOB)' 'distance(RED_CUBE, TABLE)'
+  sgap plan domains/three_objects.hatp worlds/three_objects.toml --json -o plan.json
+  sgap facts worlds/three_objects.toml --after plan.json --actions 2 --changed")]
     Facts(facts::Options),
     /// Write a page that shows a plan, or a world alone, in 3D
     ///

@@ -404,7 +404,7 @@ fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time:
     if let Some(geometry) = geometry {
         text += &format!(
             "projection  {} actions computed, {} alternatives, {} candidates\n\
-             geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts\n",
+             geometry    {} inverse kinematics calls, {} motion plans, {} configurations checked, {} facts, {} requests\n",
             engine.projections,
             engine.alternatives,
             geometry.candidates,
@@ -412,6 +412,7 @@ fn statistics(engine: &engine::Statistics, geometry: Option<&grp::Counts>, time:
             geometry.motion_plans,
             geometry.configurations_checked,
             geometry.facts,
+            geometry.requests,
         );
     }
     text

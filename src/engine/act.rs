@@ -46,6 +46,7 @@ impl Search<'_> {
         let call = Call {
             name: &projection.name,
             args: &args,
+            given: &projection.given,
             constraints: &constraints,
         };
         if self.observer.is_some() {

@@ -1,4 +1,4 @@
-//! Goes back over choices that had no part in a failure (decision 38).
+//! Goes back over choices that had no part in a failure (decision 36).
 //!
 //! Where a task with choices left inside it is done, a *mark* is set, and from there on the attributes that are read are
 //! noted. If all that comes after has failed, and has read nothing that the task may change (`effects`), every other way of

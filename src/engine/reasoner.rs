@@ -1,6 +1,6 @@
 //! What the engine asks of geometry. The engine owns this trait, so HTN logic is tested with exact, scripted answers.
 
-use crate::ir::{ArithmeticOp, AttributeId, Base, CompareOp, Domain, EntityId, RequestId, Value};
+use crate::ir::{ArithmeticOp, AttributeId, Base, ChoiceId, CompareOp, Domain, EntityId, RequestId, Value};
 use crate::plan::{ActionRefusal, Geometry};
 
 /// Identifies a geometric action in a run (thesis 3.3.1: gasNum).
@@ -20,7 +20,10 @@ pub struct GasRef {
 pub struct Call<'a> {
     /// Name as the domain writes it: `pick`.
     pub name: &'a str,
+    /// One for each parameter; behind them the values of `given`.
     pub args: &'a [Value],
+    /// The choices that the arguments behind the parameters make: `with hand = "right"`.
+    pub given: &'a [ChoiceId],
     /// What must hold in the world that the action leads to.
     pub constraints: &'a Formula,
 }

@@ -64,8 +64,8 @@ const ROUNDS_PER_TRY: u32 = 4;
 /// Returns a configuration, in chain order, that brings the tool to `target` within the tolerances and that `accept` takes.
 ///
 /// It lies within the limits; a joint that turns without limits is given the value within pi of the seed. The first try starts from
-/// `seed` (clamped to the limits); each solution that was refused counts as a try, too. A closed form without joints to
-/// hold offers all solutions that there are, nearest to the seed first, and says no when they are spent.
+/// `seed` (clamped to the limits); a solution that was refused counts as a try, too, all of one value of the held joints as one.
+/// A closed form without joints to hold offers all solutions that there are, nearest to the seed first, and says no when they are spent.
 ///
 /// # Errors
 ///
@@ -133,10 +133,12 @@ fn search(
         let (mut scratch, mut misses) = (Scratch::default(), Vec::new());
         let held = Held::new(form.held(), rng);
         let before = tries.no_ik.rejected;
-        for round in 0..tries.left.saturating_mul(ROUNDS_PER_TRY) {
-            if tries.left == 0 {
+        let (rounds, mut open) = (tries.left.saturating_mul(ROUNDS_PER_TRY), tries.left);
+        for round in 0..rounds {
+            if open == 0 {
                 break;
             }
+            let rejected = tries.no_ik.rejected;
             held.set(round, chain, &search.seed, &mut q, rng);
             let n = form.candidates(chain, X_KT, &q, &mut scratch);
             for k in 0..n {
@@ -146,10 +148,9 @@ fn search(
                         return Ok(q);
                     }
                 }
-                if tries.left == 0 {
-                    break;
-                }
             }
+            // Solutions of one value differ by turned-over wrists and elbows, which often hit the same thing: together they are one try.
+            open -= u32::from(tries.no_ik.rejected > rejected);
             if let Some((beyond, values)) = scratch.miss {
                 form.put(&values, &mut q);
                 misses.push((beyond, q.clone()));
@@ -161,15 +162,9 @@ fn search(
         if tries.no_ik.rejected > before {
             return Err(tries.no_ik);
         }
-        // Nothing was found. Six joints have no other solutions, or nearly so where two of them turn about one line: few tries say
-        // how far the target is. Of a redundant arm the values that were held may have been the wrong ones. What missed
-        // the limits by least is a good start.
-        tries.left = if is_redundant {
-            settings.restarts
-        } else {
-            settings.restarts.min(3)
-        }
-        .saturating_add(1);
+        // Nothing was found. Of a redundant arm the values that were held may have been the wrong ones; and where two axes fall into one
+        // line and an elbow is stretched, the share of each that the seed gave. What missed the limits by least is a good start.
+        tries.left = settings.restarts.saturating_add(1);
         misses.sort_by(|a, b| a.0.total_cmp(&b.0));
         misses.push((f64::INFINITY, search.seed.clone()));
         for (_, miss) in misses {

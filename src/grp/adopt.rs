@@ -11,7 +11,7 @@ use crate::engine::{Call, GasNum, GasRef, Projection};
 use crate::geom::{Pose, Vec3};
 use crate::ir::Domain;
 use crate::plan::{ActionRefusal, AttachmentChange, Geometry, Motion, SubAction};
-use crate::world::{Arm, Held, State};
+use crate::world::{Arm, EntityRef, Held, State};
 
 /// How far a joint may be from where its motion begins: rounding in a document [rad or m].
 const START: f64 = 1e-6;
@@ -144,6 +144,38 @@ impl Grp<'_> {
                 return Err(format!("the {what} of the earlier plan's motions is {is}"));
             }
         }
+        self.journey(known, agent, start)
+    }
+
+    /// Goes on to the world state that an action of a plan document leads to, by its motions alone: no domain says what they are for,
+    /// and nobody looks whether something is in their way.
+    ///
+    /// # Errors
+    ///
+    /// A sentence, where the motions do not begin in the current world state, or name what it lacks.
+    pub fn follow(&mut self, known: &Geometry) -> Result<(), String> {
+        let start = self.states.last().ok_or("there is no world state")?;
+        let agent = self.scene.agents.iter().position(|a| a.id == known.agent);
+        let agent = agent.ok_or_else(|| format!("there is no agent `{}`", known.agent))?;
+        let arm = self.scene.agents[agent].arms.iter().position(|a| a.name == known.arm);
+        let goes = known.sub_actions.iter().any(|s| s.motion == Motion::Base);
+        let end = match (arm, self.scene.find(&known.object)) {
+            (Some(arm), Some(EntityRef::Object(object))) if !goes => {
+                let mut state = start.clone();
+                for sub in &known.sub_actions {
+                    self.play(sub, (agent, object), arm, &mut state)?;
+                }
+                state
+            }
+            (_, Some(_)) => self.journey(known, agent, start)?,
+            (_, None) => return Err(format!("there is no `{}`", known.object)),
+        };
+        self.states.push(end);
+        Ok(())
+    }
+
+    /// Returns the world state that the motions of an action that goes lead to.
+    fn journey(&self, known: &Geometry, agent: usize, start: &State) -> Result<State, String> {
         let mut state = start.clone();
         for sub in &known.sub_actions {
             let (Some(first), Some(last)) = (sub.trajectory.positions.first(), sub.trajectory.positions.last()) else {

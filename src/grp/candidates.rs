@@ -7,6 +7,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::description::Given;
 use super::facts::{is_level, placed_pose};
 use super::prepared::Prepared;
 use crate::geom::{Pose, Vec3};
@@ -93,22 +94,25 @@ pub(super) fn arms_and_grasps(
 
 /// What is to be put where.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted {
+pub(super) struct Wanted<'a> {
     pub object: usize,
     /// Object that is to carry it.
     pub on: usize,
     /// In the middle of a face alone; else anywhere on it.
     pub is_centred: bool,
+    /// What is not to be chosen.
+    pub given: &'a Given,
     /// Placements at most.
     pub limit: u32,
 }
 
 /// Returns placements of an object on the level faces of another; fewer than the limit where some do not fit onto their face.
-pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted, rng: &mut ChaCha8Rng) -> Vec<Placement> {
+pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted<'_>, rng: &mut ChaCha8Rng) -> Vec<Placement> {
     let Wanted {
         object,
         on,
         is_centred,
+        given,
         limit,
     } = *wanted;
     let thing = &scene.objects[object];
@@ -117,20 +121,30 @@ pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted, rng: &mu
         .iter()
         .enumerate()
         .filter(|(_, s)| is_level(&state.objects[on].X_WO, s))
+        .filter(|(_, s)| given.face.as_ref().is_none_or(|f| *f == s.name))
         .collect();
+    let is_wanted = |i: &usize| given.stable.as_ref().is_none_or(|s| *s == thing.stable[*i].name);
+    let orientations: Vec<usize> = (0..thing.stable.len()).filter(is_wanted).collect();
     let shift: [f64; 3] = [rng.random(), rng.random(), rng.random()];
     let mut all = Vec::new();
-    if supports.is_empty() || thing.stable.is_empty() {
+    if supports.is_empty() || orientations.is_empty() {
         return all;
     }
+    let n_kinds = supports.len() * orientations.len();
+    let xy = if is_centred { Some([0.0, 0.0]) } else { given.xy };
+    // Where all is given there is one placement of each kind.
+    let limit = match (xy, given.yaw) {
+        (Some(_), Some(_)) => limit.min(n_kinds as u32),
+        _ => limit,
+    };
     for k in 0..limit {
         let n = k as usize;
         // Faces and orientations alternate fastest, so that each gets its share of well-spread points.
         let (support, face) = supports[n % supports.len()];
-        let stable = n / supports.len() % thing.stable.len();
-        let point = n / (supports.len() * thing.stable.len()) + 1;
+        let stable = orientations[n / supports.len() % orientations.len()];
+        let point = n / n_kinds + 1;
         let unit = |base: usize, i: usize| (halton(point, base) + shift[i]).fract();
-        let yaw = (unit(5, 2) * 2.0 - 1.0) * std::f64::consts::PI;
+        let yaw = given.yaw.unwrap_or((unit(5, 2) * 2.0 - 1.0) * std::f64::consts::PI);
         let (sin, cos) = nalgebra::ComplexField::sin_cos(yaw);
         let orientation = &thing.stable[stable];
         let turned: Vec<[f64; 2]> = orientation
@@ -147,14 +161,10 @@ pub(super) fn placements(scene: &Scene, state: &State, wanted: &Wanted, rng: &mu
         if x0 > x1 || y0 > y1 {
             continue;
         }
-        if is_centred && (x0 > 0.0 || x1 < 0.0 || y0 > 0.0 || y1 < 0.0) {
+        if xy.is_some_and(|[x, y]| !(x0..=x1).contains(&x) || !(y0..=y1).contains(&y)) {
             continue;
         }
-        let (x, y) = if is_centred {
-            (0.0, 0.0)
-        } else {
-            (x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0))
-        };
+        let [x, y] = xy.unwrap_or_else(|| [x0 + unit(2, 0) * (x1 - x0), y0 + unit(3, 1) * (y1 - y0)]);
         let X_WF = state.objects[on].X_WO * face.X_OF;
         let X_WO = placed_pose(&X_WF, &orientation.X_QO, x, y, yaw);
         all.push(Placement {

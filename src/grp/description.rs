@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use super::constraints::entity;
 use super::requests::Question;
-use crate::ir::geometric::{ChoiceSet, Condition, FactOf, Geometric, Place, Role, Target};
-use crate::ir::{Domain, Value};
+use crate::engine::Call;
+use crate::ir::geometric::{Choice, ChoiceSet, Condition, FactOf, Geometric, Place, Role, Target};
+use crate::ir::{ChoiceId, Domain, Value};
 use crate::world::{EntityRef, Scene};
 
 /// An action with its arguments.
@@ -24,9 +25,25 @@ pub(super) struct Description {
     /// Whether a grasp is to be chosen; else the object is in the hand already.
     pub takes: bool,
     pub placing: Option<Placing>,
+    pub given: Given,
     /// By sub-action: what must hold when it starts, and when it is over.
     pub before: Vec<Vec<Asked>>,
     pub after: Vec<Vec<Asked>>,
+}
+
+/// Choices that the domain makes itself; `None` is left to the solver.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Given {
+    pub arm: Option<String>,
+    pub grasp: Option<String>,
+    pub face: Option<String>,
+    pub stable: Option<String>,
+    /// On the face [m].
+    pub xy: Option<[f64; 2]>,
+    /// [rad]
+    pub yaw: Option<f64>,
+    /// As the domain writes them: ` with hand = "right"`.
+    pub text: String,
 }
 
 /// Where and when the object is put down.
@@ -59,8 +76,9 @@ impl Description {
         scene: &Scene,
         domain: &Domain,
         action: &Arc<Geometric>,
-        args: &[Value],
+        call: &Call<'_>,
     ) -> Result<Description, String> {
+        let (args, values) = call.args.split_at(call.args.len().saturating_sub(call.given.len()));
         if args.len() != action.params.len() {
             let (n, m) = (action.params.len(), args.len());
             return Err(format!("`{}` takes {n} arguments, not {m}", action.name));
@@ -106,6 +124,7 @@ impl Description {
             agent,
             object,
             takes: action.choices.iter().any(|c| matches!(c.from, ChoiceSet::Grasps(_))),
+            given: given(domain, action, call.given, values),
             placing: placing.and_then(|(sub_action, place)| placed(action, &entities, sub_action, place)),
             before: action.sub_actions.iter().map(conditions).collect(),
             after: action
@@ -137,7 +156,7 @@ impl Description {
     /// Returns the call as messages show it.
     pub(super) fn call(&self, scene: &Scene) -> String {
         let names: Vec<&str> = self.entities.iter().map(|e| name(scene, *e)).collect();
-        format!("{}({})", self.action.name, names.join(", "))
+        format!("{}({}){}", self.action.name, names.join(", "), self.given.text)
     }
 }
 
@@ -154,6 +173,44 @@ fn object(action: &Geometric) -> Option<crate::ir::ParamId> {
             Condition::Free(_) | Condition::Fact(_) => None,
         })
     })
+}
+
+/// Returns the choices that the call makes. A point comes as two values, x and y.
+fn given(domain: &Domain, action: &Geometric, choices: &[ChoiceId], values: &[Value]) -> Given {
+    let mut given = Given::default();
+    let mut text: Vec<String> = Vec::new();
+    for (i, (choice, value)) in choices.iter().zip(values).enumerate() {
+        let Some(Choice { name, from }) = action.choices.get(choice.index()) else {
+            continue;
+        };
+        let is_second = i > 0 && choices[i - 1] == *choice;
+        let shown = domain.show(value);
+        match text.last_mut() {
+            Some(last) if is_second => *last = format!("{name} = ({}, {shown})", domain.show(&values[i - 1])),
+            _ => text.push(format!("{name} = {shown}")),
+        }
+        let number = || if let Value::Number(x) = value { Some(*x) } else { None };
+        let word = || match value {
+            Value::String(s) => domain.strings.get(s.index()).cloned(),
+            _ => None,
+        };
+        match from {
+            ChoiceSet::Arms(_) => given.arm = word(),
+            ChoiceSet::Grasps(_) => given.grasp = word(),
+            ChoiceSet::Supports(_) => given.face = word(),
+            ChoiceSet::Stable(_) => given.stable = word(),
+            ChoiceSet::Points(_) => {
+                let x = given.xy.map_or(number(), |[x, _]| Some(x));
+                given.xy = x.map(|x| [x, if is_second { number().unwrap_or(0.0) } else { 0.0 }]);
+            }
+            ChoiceSet::Angles => given.yaw = number(),
+            ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => {}
+        }
+    }
+    if !text.is_empty() {
+        given.text = format!(" with {}", text.join(", "));
+    }
+    given
 }
 
 fn placed(action: &Geometric, entities: &[EntityRef], sub_action: usize, place: Place) -> Option<Placing> {

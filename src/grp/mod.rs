@@ -150,6 +150,16 @@ impl<'a> Grp<'a> {
         self.memory.ask(scene, prepared, states, self.seed, question, computed)
     }
 
+    /// Answers a fact or request by name about the current world state, and says why, with names and numbers; `None` where it makes
+    /// no sense for these entities. What it says is worked out anew.
+    pub fn explain(&self, name: &str, entities: &[EntityRef]) -> Option<(Value, String)> {
+        let question = Question::of(name, entities)?;
+        let state = self.states.last()?;
+        let answer = requests::answer(self.scene, &self.prepared, state, self.seed, question)?;
+        let why = facts::why(self.scene, &self.prepared, state, self.seed, question);
+        Some((Value::from(answer), why))
+    }
+
     /// Makes a world state the current one, as it was observed: nothing was done to come there. What was asked about others is
     /// not asked again where nothing that matters has moved.
     pub fn observe(&mut self, state: State) {
@@ -185,7 +195,7 @@ impl<'a> Grp<'a> {
     }
 
     fn description(&self, domain: &Domain, call: &Call<'_>) -> Result<Description, String> {
-        Description::new(self.scene, domain, geometric(domain, call)?, call.args)
+        Description::new(self.scene, domain, geometric(domain, call)?, call)
     }
 
     /// Returns the number of the action in the current world state, started now if it was not before.
@@ -208,6 +218,9 @@ impl<'a> Grp<'a> {
         // As many as most actions have: a shorter list is filled up.
         for at in 0..description.entities.len().max(4) {
             key = key.number(description.number_of(at));
+        }
+        if !description.given.text.is_empty() {
+            key = key.text(&description.given.text);
         }
         let key = key.state(&state);
         let constraints = Constraints::new(self.scene, domain, call.constraints);

@@ -247,7 +247,7 @@ impl Journey {
     fn is_impossible(&self, scene: &Scene) -> Option<String> {
         let body = &scene.agents[self.agent];
         if body.base.drive().is_none() {
-            return Some(format!("the base of {} is fixed", body.id));
+            return Some(format!("the base of {} does not go on the floor", body.id));
         }
         if (self.start.agents[self.agent].X_WB.rotation * Vec3::z()).z < UPRIGHT {
             return Some(format!("{} does not stand upright", body.id));

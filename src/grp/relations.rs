@@ -20,24 +20,31 @@ const VOLUME: f64 = 1e-6;
 
 /// Says whether all of `a` lies in one container of `b`. Who holds them does not matter.
 pub(super) fn is_in(scene: &Scene, state: &State, a: usize, b: usize) -> bool {
-    a != b
-        && scene.objects[b].containers.iter().any(|container| {
-            let X_CO = (state.objects[b].X_WO * container.X_OC).inverse() * state.objects[a].X_WO;
-            scene.objects[a]
-                .parts
-                .iter()
-                .all(|part| is_within(&part.shape, &(X_CO * part.X_OS), container))
-        })
+    a != b && sticks_out(scene, state, a, b).is_some_and(|(_, out)| out <= STICKS_OUT)
 }
 
-fn is_within(shape: &Shape, X_CS: &Pose, container: &Container) -> bool {
+/// Returns the container of `b` that holds `a` best, and how far `a` sticks out of it [m], negative with room to spare.
+pub(super) fn sticks_out<'s>(scene: &'s Scene, state: &State, a: usize, b: usize) -> Option<(&'s str, f64)> {
+    let containers = scene.objects[b].containers.iter();
+    let out = containers.map(|container| {
+        let X_CO = (state.objects[b].X_WO * container.X_OC).inverse() * state.objects[a].X_WO;
+        let parts = scene.objects[a].parts.iter();
+        let out = parts.map(|part| beyond(&part.shape, &(X_CO * part.X_OS), container));
+        (container.name.as_str(), out.fold(f64::NEG_INFINITY, f64::max))
+    });
+    out.min_by(|x, y| x.1.total_cmp(&y.1))
+}
+
+/// Returns how far the shape reaches beyond the container's walls [m].
+fn beyond(shape: &Shape, X_CS: &Pose, container: &Container) -> f64 {
     let p_CS = X_CS.translation.vector;
-    (0..3).all(|i| {
+    let sides = (0..3).map(|i| {
         let mut axis_C = Vec3::zeros();
         axis_C[i] = 1.0;
         let reach = extent(shape, &X_CS.rotation.inverse_transform_vector(&axis_C));
-        p_CS[i].abs() + reach <= container.half[i] + STICKS_OUT
-    })
+        p_CS[i].abs() + reach - container.half[i]
+    });
+    sides.fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Returns how far the shape reaches from its centre along a unit vector of its own frame [m].
@@ -62,7 +69,8 @@ pub(super) fn is_bigger(scene: &Scene, a: EntityRef, b: EntityRef) -> bool {
     a - b > VOLUME * a.max(b)
 }
 
-fn volume(scene: &Scene, entity: EntityRef) -> f64 {
+/// Returns the volume of an entity's bodies [m^3].
+pub(super) fn volume(scene: &Scene, entity: EntityRef) -> f64 {
     match entity {
         EntityRef::Agent(a) => scene.agents[a].bodies.iter().map(|b| b.shape.volume()).sum(),
         EntityRef::Object(o) => scene.objects[o].parts.iter().map(|p| p.shape.volume()).sum(),

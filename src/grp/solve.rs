@@ -23,7 +23,7 @@ use super::key::Key;
 use super::motion::Timed;
 use super::prepared::Prepared;
 use crate::plan::{ActionRefusal, Cause, CauseCount};
-use crate::world::{Held, Scene, State};
+use crate::world::{Agent, Held, Scene, State};
 
 /// Budgets of one geometric action.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,10 +172,33 @@ impl Search {
             return Err(format!("{} can't stand by itself", thing.id));
         }
         let mut rng = ChaCha8Rng::seed_from_u64(self.key.text("placements").0);
+        let given = &self.description.given;
+        for (what, wanted, names) in [
+            (
+                "face",
+                &given.face,
+                below.supports.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(),
+            ),
+            (
+                "orientation",
+                &given.stable,
+                thing.stable.iter().map(|s| s.name.as_str()).collect(),
+            ),
+        ] {
+            let whose = if what == "face" { below } else { thing };
+            if let Some(wanted) = wanted.as_ref().filter(|w| !names.contains(&w.as_str())) {
+                return Err(format!(
+                    "{} has no {what} `{wanted}`: it has {}",
+                    whose.id,
+                    names.join(", ")
+                ));
+            }
+        }
         let wanted = Wanted {
             object,
             on,
             is_centred,
+            given,
             limit: room.settings.placements,
         };
         let all = placements(room.scene, &self.start, &wanted, &mut rng);
@@ -207,6 +230,24 @@ impl Search {
         }
         let mut all = arms_and_grasps(room.scene, room.prepared, &self.start, agent, object);
         all.retain(|c| self.moved_along(room, c.arm).is_none());
+        let given = &self.description.given;
+        if let Some(arm) = &given.arm {
+            if body.arms.iter().all(|a| a.name != *arm) {
+                return Err(no_arm(body, arm));
+            }
+            all.retain(|c| body.arms[c.arm].name == *arm);
+        }
+        if let Some(grasp) = &given.grasp {
+            if thing.grasps.iter().all(|g| g.name != *grasp) {
+                let names: Vec<&str> = thing.grasps.iter().map(|g| g.name.as_str()).collect();
+                return Err(format!(
+                    "{} has no grasp `{grasp}`: it has {}",
+                    thing.id,
+                    names.join(", ")
+                ));
+            }
+            all.retain(|c| c.grasp == *grasp);
+        }
         if all.is_empty() {
             return Err(format!(
                 "{} has no free hand whose fingers can hold {}",
@@ -224,6 +265,18 @@ impl Search {
         let Some(held) = held else {
             return Err(format!("{} is not in a hand of {}", thing.id, body.id));
         };
+        if let Some(arm) = self
+            .description
+            .given
+            .arm
+            .as_ref()
+            .filter(|a| **a != body.arms[held.arm].name)
+        {
+            if body.arms.iter().all(|a| a.name != *arm) {
+                return Err(no_arm(body, arm));
+            }
+            return Err(format!("{} is not in the {arm} hand of {}", thing.id, body.id));
+        }
         if body.arms[held.arm].gripper.is_none() {
             return Err(format!("{} has no gripper", body.id));
         }
@@ -301,7 +354,9 @@ impl Search {
         let mut causes = self.causes.clone();
         causes.sort_by_key(|c| std::cmp::Reverse(c.count));
         // Placements are a sample of a continuous space: all of them tried does not prove that there is none.
-        let continuous = self.description.placing.is_some() && !self.candidates.is_empty();
+        let Description { placing, given, .. } = &self.description;
+        let leaves_open = |p: &Placing| given.yaw.is_none() || given.xy.is_none() && !p.is_centred;
+        let continuous = placing.as_ref().is_some_and(leaves_open) && !self.candidates.is_empty();
         ActionRefusal {
             call: self.description.call(room.scene),
             found_before: self.found,
@@ -310,6 +365,11 @@ impl Search {
             causes,
         }
     }
+}
+
+fn no_arm(body: &Agent, arm: &str) -> String {
+    let names: Vec<&str> = body.arms.iter().map(|a| a.name.as_str()).collect();
+    format!("{} has no arm `{arm}`: it has {}", body.id, names.join(", "))
 }
 
 /// Within this a hold is one of the object's grasps: far above what inverse kinematics leaves over, far below what tells two

@@ -403,7 +403,10 @@ pub struct Action {
 #[derive(Debug, Clone)]
 pub struct Projection {
     pub name: String,
+    /// One for each parameter; behind them the values of `given`.
     pub args: Vec<Expr>,
+    /// Choices that are made already: the choice of each further argument. A point has two, x and y.
+    pub given: Vec<ChoiceId>,
 }
 
 /// A compound task.

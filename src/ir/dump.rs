@@ -97,6 +97,21 @@ impl Dump<'_> {
         }
     }
 
+    fn given(&self, projects: &Projection) -> String {
+        let n_params = projects.args.len() - projects.given.len();
+        let values = projects.args.iter().skip(n_params);
+        let action = self.domain.geometric(&projects.name);
+        let name = |choice: ChoiceId| action.map_or("?", |a| a.choices[choice.index()].name.as_str());
+        let given = projects.given.iter().zip(values);
+        let given: Vec<String> = given
+            .map(|(choice, value)| format!("{} = {}", name(*choice), self.exprs(std::slice::from_ref(value))))
+            .collect();
+        match given.is_empty() {
+            true => String::new(),
+            false => format!(" with {}", given.join(", ")),
+        }
+    }
+
     fn params(&self, params: &[Param]) -> String {
         let param = |p: &Param| format!("{}{} {}", set_word(p.is_set), self.base(p.base), p.name);
         params.iter().map(param).collect::<Vec<_>>().join(", ")
@@ -143,10 +158,17 @@ impl Dump<'_> {
         line(out, 0, &head);
         line(out, 1, &format!("if {}", self.test(&action.preconditions)));
         if let Some(projects) = &action.projects {
+            let args = projects.args.get(..projects.args.len() - projects.given.len());
+            let args = args.unwrap_or_default();
             line(
                 out,
                 1,
-                &format!("projects {}({})", projects.name, self.exprs(&projects.args)),
+                &format!(
+                    "projects {}({}){}",
+                    projects.name,
+                    self.exprs(args),
+                    self.given(projects)
+                ),
             );
         }
         if !matches!(&action.constraints, Test::And(parts) if parts.is_empty()) {

@@ -197,10 +197,10 @@ kinds! {
     Speed { joint: String, speed: f64, limit: f64 } = "speed", "`{joint}` moves at {speed:.4} per second, its limit is {limit:.4}";
     Acceleration { joint: String, acceleration: f64, limit: f64 } = "acceleration",
         "`{joint}` accelerates at {acceleration:.4} per second squared, its limit is {limit:.4}";
-    Drive { sideways: f64, turned: f64 } = "drive",
-        "a base that moves along its heading goes {sideways:.6} m sideways and turns {turned:.6} rad from one sample to the next";
     Jerk { joint: String, jerk: f64, limit: f64 } = "jerk",
         "`{joint}` changes its acceleration by {jerk:.4} per second cubed, its limit is {limit:.4}";
+    Drive { sideways: f64, turned: f64 } = "drive",
+        "a base that moves along its heading goes {sideways:.6} m sideways and turns {turned:.6} rad from one sample to the next";
     NotStraight { distance: f64, angle: f64 } = "not-straight",
         "the tool leaves the straight line by {distance:.4} m and {angle:.4} rad";
     TooLong { budget: u64 } = "too-long", "more than {budget} configurations would have to be checked";

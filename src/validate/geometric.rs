@@ -14,7 +14,7 @@ use super::{
 };
 use crate::geom::Pose;
 use crate::ir::geometric::{Change, ChoiceSet, Condition, FactOf, Geometric, Space, Target};
-use crate::ir::{Domain, ParamId, Value};
+use crate::ir::{ChoiceId, Domain, ParamId, Projection, Value};
 use crate::plan::{AttachmentChange, Geometry, Motion, SubAction};
 use crate::world::{EntityRef, Gripper, State};
 
@@ -24,6 +24,9 @@ const CENTRE: f64 = 0.001;
 const SHIFT: (f64, f64) = (0.002, 0.02);
 /// How far a finger may be from where it shall be [rad or m]; for what is held there is a test of its own.
 const FINGER: f64 = 1e-3;
+
+/// How far a number of a placement may be from the one that the domain gives [m or rad].
+const GIVEN: f64 = 1e-9;
 
 /// A geometric action with its arguments, at work.
 pub(super) struct Played<'a, 'b> {
@@ -43,13 +46,13 @@ impl<'a, 'b> Played<'a, 'b> {
         domain: &'a Domain,
         bodies: &'a Bodies<'a>,
         settings: &'a Settings,
-        name: &str,
+        projection: &Projection,
         args: &'b [Value],
         geometry: &'b Geometry,
     ) -> Checked<Self> {
-        let unchecked = || Kind::GeometryUnchecked {
-            action: name.to_owned(),
-        };
+        let name = &projection.name;
+        let (args, given) = args.split_at(args.len().saturating_sub(projection.given.len()));
+        let unchecked = || Kind::GeometryUnchecked { action: name.clone() };
         let action = domain.geometric(name).ok_or_else(unchecked)?;
         same("geometric action", &action.name, &geometry.action)?;
         if args.len() != action.params.len() {
@@ -102,6 +105,7 @@ impl<'a, 'b> Played<'a, 'b> {
             object,
         };
         played.placement(&shown)?;
+        played.given(&projection.given, given)?;
         Ok(played)
     }
 
@@ -145,21 +149,88 @@ impl<'a, 'b> Played<'a, 'b> {
         Ok(())
     }
 
-    /// Plays the sub-actions; leaves `state` at their end. The facts of the last one are left to [`Played::in_the_end`].
-    pub(super) fn play(&self, state: &mut State, verdict: &mut Verdict) -> Checked<()> {
-        let written = &self.geometry.sub_actions;
-        let (mut time, mut next) = (0.0, 0);
-        for (at, demanded) in self.action.sub_actions.iter().enumerate() {
-            let in_document = written.get(next).filter(|s| s.name == demanded.name);
-            let place = |f: Fault| f.at_time(time).in_sub_action(next, &demanded.name);
-            for condition in &demanded.when {
-                self.condition(condition, state, verdict).map_err(place)?;
+    /// Checks that choices which the domain makes itself are made so.
+    fn given(&self, choices: &[ChoiceId], values: &[Value]) -> Checked<()> {
+        let placement = self.geometry.placement.as_ref();
+        let mut is_y = false;
+        for (i, (choice, value)) in choices.iter().zip(values).enumerate() {
+            is_y = i > 0 && choices[i - 1] == *choice && !is_y;
+            let number = |what: &'static str, is: Option<f64>| {
+                let wanted = if let Value::Number(x) = value { *x } else { f64::NAN };
+                let is = is.unwrap_or(f64::NAN);
+                // A NaN is not the same.
+                if (wanted - is).abs() <= GIVEN {
+                    return Ok(());
+                }
+                Err(mismatch(what, &wanted.to_string(), &is.to_string()))
+            };
+            let name = |what: &'static str, is: Option<&str>| {
+                let wanted = match value {
+                    Value::String(s) => self.domain.strings[s.index()].as_str(),
+                    _ => "?",
+                };
+                same(what, wanted, is.unwrap_or("nothing"))
+            };
+            match self.action.choices[choice.index()].from {
+                ChoiceSet::Arms(_) => name("arm", Some(&self.geometry.arm))?,
+                ChoiceSet::Grasps(_) => name("grasp", Some(&self.geometry.grasp))?,
+                ChoiceSet::Supports(_) => name("support face", placement.map(|p| p.support.as_str()))?,
+                ChoiceSet::Stable(_) => name("stable orientation", placement.map(|p| p.stable.as_str()))?,
+                ChoiceSet::Points(_) if is_y => number("y of the placement", placement.map(|p| p.y))?,
+                ChoiceSet::Points(_) => number("x of the placement", placement.map(|p| p.x))?,
+                ChoiceSet::Angles => number("yaw of the placement", placement.map(|p| p.yaw))?,
+                ChoiceSet::Centre(_) | ChoiceSet::Stands { .. } => {}
             }
-            let Some(sub_action) = in_document else {
+        }
+        Ok(())
+    }
+
+    /// Plays the sub-actions: motions, what is taken and let go. Leaves `state` at their end, and returns the states between
+    /// them, the first one first.
+    pub(super) fn play(&self, state: &mut State, verdict: &mut Verdict) -> Checked<Vec<State>> {
+        let takes = self
+            .action
+            .choices
+            .iter()
+            .any(|c| matches!(c.from, ChoiceSet::Grasps(_)));
+        if !takes {
+            handling::holds(self.bodies, state, self.hand, self.object, &self.geometry.grasp)
+                .map_err(|f| f.at_time(0.0))?;
+        }
+        let mut states = vec![state.clone()];
+        let mut time = 0.0;
+        for (i, sub_action) in self.geometry.sub_actions.iter().enumerate() {
+            let mover = self.mover(sub_action.motion);
+            motion::check(self.bodies, state, mover, sub_action, self.settings, verdict)
+                .map_err(|f| f.later_by(time).at_time(time).in_sub_action(i, &sub_action.name))?;
+            time += sub_action.trajectory.duration();
+            self.change(sub_action, state, verdict)
+                .map_err(|f| f.at_time(time).in_sub_action(i, &sub_action.name))?;
+            states.push(state.clone());
+        }
+        Ok(states)
+    }
+
+    /// Checks that what was played is what the description demands; `states` are those between the sub-actions. The facts of
+    /// the last one are left to [`Played::in_the_end`].
+    pub(super) fn demands(&self, states: &[State], verdict: &mut Verdict) -> Checked<()> {
+        let written = &self.geometry.sub_actions;
+        let mut time = 0.0;
+        let mut next = 0;
+        for (at, demanded) in self.action.sub_actions.iter().enumerate() {
+            let place = |f: Fault| f.at_time(time).in_sub_action(next, &demanded.name);
+            let Some(before) = states.get(next) else {
+                return Err(place(mismatch("sub-action", &demanded.name, "nothing")));
+            };
+            for condition in &demanded.when {
+                self.condition(condition, before, verdict).map_err(place)?;
+            }
+            let in_document = written.get(next).filter(|s| s.name == demanded.name);
+            let (Some(sub_action), Some(after)) = (in_document, states.get(next + 1)) else {
                 // Fingers that are where they should be need not move.
                 let is_there = matches!(demanded.space, Space::Gripper(_))
                     && demanded.change.is_none()
-                    && self.fingers_are_there(demanded.until, state);
+                    && self.fingers_are_there(demanded.until, before);
                 if is_there {
                     continue;
                 }
@@ -176,17 +247,27 @@ impl<'a, 'b> Played<'a, 'b> {
             if sub_action.motion != motion {
                 return Err(place(mismatch("motion", word(motion), word(sub_action.motion))));
             }
-            let before = state.clone();
-            let mover = self.mover(motion);
-            motion::check(self.bodies, state, mover, sub_action, self.settings, verdict)
-                .map_err(|f| place(f.later_by(time)))?;
+            let kind = |change: Option<bool>| match change {
+                None => "nothing",
+                Some(true) => "that it is taken",
+                Some(false) => "that it is let go",
+            };
+            let wanted = kind(demanded.change.map(|c| matches!(c, Change::Attach(_))));
+            let found = kind(
+                sub_action
+                    .change
+                    .as_ref()
+                    .map(|c| matches!(c, AttachmentChange::Attach { .. })),
+            );
+            if wanted != found {
+                let what = format!("`{}` demands {wanted}, the document says {found}", sub_action.name);
+                return Err(place(Kind::Handling { what }.into()));
+            }
             time += sub_action.trajectory.duration();
             let place = |f: Fault| f.at_time(time).in_sub_action(next, &demanded.name);
-            self.target(demanded.until, &before, state).map_err(place)?;
-            self.change(demanded.change, sub_action, state, verdict)
-                .map_err(place)?;
+            self.target(demanded.until, before, after).map_err(place)?;
             if at + 1 < self.action.sub_actions.len() {
-                self.facts(&demanded.facts, state, verdict).map_err(place)?;
+                self.facts(&demanded.facts, after, verdict).map_err(place)?;
             }
             next += 1;
         }
@@ -279,6 +360,11 @@ impl<'a, 'b> Played<'a, 'b> {
         off.all(|off| off <= FINGER)
     }
 
+    /// Says whether anything is taken or let go.
+    fn changes(&self) -> bool {
+        self.action.sub_actions.iter().any(|s| s.change.is_some())
+    }
+
     /// Checks that a sub-action ends where the description says.
     fn target(&self, until: Target, before: &State, state: &State) -> Checked<()> {
         let tool = |state: &State| self.bodies.tool(state, self.hand.agent, self.hand.arm);
@@ -296,6 +382,8 @@ impl<'a, 'b> Played<'a, 'b> {
             }
             // What takes the object looks at the fingers; an action that goes is checked by `navigation`.
             Target::Closed(Some(_)) | Target::Posture | Target::Stand(_) => return Ok(()),
+            // Where it is taken or let go, `handling` has looked at it.
+            Target::Grasp { before: 0.0, .. } | Target::Placement { above: 0.0, .. } if self.changes() => return Ok(()),
             Target::Grasp { before: back, .. } => {
                 let grasp = thing.grasps.iter().find(|g| g.name == self.geometry.grasp);
                 let grasp = grasp.ok_or_else(|| unknown("grasp", &self.geometry.grasp))?;
@@ -334,47 +422,20 @@ impl<'a, 'b> Played<'a, 'b> {
     }
 
     /// Checks and does what changes hands.
-    fn change(
-        &self,
-        demanded: Option<Change>,
-        sub_action: &SubAction,
-        state: &mut State,
-        verdict: &mut Verdict,
-    ) -> Checked<()> {
-        let Played {
-            bodies,
-            hand,
-            object,
-            geometry,
-            ..
-        } = *self;
-        if let Some(change) = &sub_action.change {
-            let of = match change {
-                AttachmentChange::Attach { object, .. } | AttachmentChange::Detach { object, .. } => object,
-            };
-            same("handled object", &geometry.object, of)?;
-        }
-        match (demanded, &sub_action.change) {
-            (None, None) => return Ok(()),
-            (Some(Change::Attach(_)), Some(AttachmentChange::Attach { object_in_tool, .. })) => {
-                handling::attach(bodies, state, hand, object, object_in_tool, geometry)?;
+    fn change(&self, sub_action: &SubAction, state: &mut State, verdict: &mut Verdict) -> Checked<()> {
+        let (bodies, geometry) = (self.bodies, self.geometry);
+        match &sub_action.change {
+            None => return Ok(()),
+            Some(AttachmentChange::Attach { object, object_in_tool }) => {
+                same("handled object", &geometry.object, object)?;
+                handling::attach(bodies, state, self.hand, self.object, object_in_tool, geometry)?;
             }
-            (Some(Change::Detach(_)), Some(AttachmentChange::Detach { object_in_world, .. })) => {
-                handling::detach(bodies, state, hand, object, object_in_world, geometry)?;
-            }
-            (demanded, found) => {
-                let wanted = match demanded {
-                    None => "nothing",
-                    Some(Change::Attach(_)) => "that it is taken",
-                    Some(Change::Detach(_)) => "that it is let go",
-                };
-                let is = match found {
-                    None => "nothing",
-                    Some(AttachmentChange::Attach { .. }) => "that it is taken",
-                    Some(AttachmentChange::Detach { .. }) => "that it is let go",
-                };
-                let what = format!("`{}` demands {wanted}, the document says {is}", sub_action.name);
-                return Err(Kind::Handling { what }.into());
+            Some(AttachmentChange::Detach {
+                object,
+                object_in_world,
+            }) => {
+                same("handled object", &geometry.object, object)?;
+                handling::detach(bodies, state, self.hand, self.object, object_in_world, geometry)?;
             }
         }
         verdict.attachments += 1;

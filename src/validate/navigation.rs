@@ -229,8 +229,8 @@ impl<'a, 'b> Journey<'a, 'b> {
             return Err(Kind::TrajectoryShape { what }.into());
         }
         motion::shape(trajectory)?;
-        if body.base == BaseKind::Fixed {
-            return Err(handling(format!("the base of `{}` is fixed", body.id)));
+        if body.base.drive().is_none() {
+            return Err(handling(format!("the base of `{}` does not go on the floor", body.id)));
         }
         verdict.trajectories += 1;
         let rows: Vec<[f64; 3]> = trajectory.positions.iter().map(|r| [r[0], r[1], r[2]]).collect();

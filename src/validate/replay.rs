@@ -312,7 +312,7 @@ impl<'a> Context<'a> {
                     .iter()
                     .map(|a| view.value(a, frame).unwrap_or_default())
                     .collect();
-                self.project(&projection.name, &args, geometry, progress)?;
+                self.project(projection, &args, geometry, progress)?;
                 let duration = geometry.sub_actions.iter().map(|s| s.trajectory.duration()).sum();
                 progress.asked = Rc::new(Asked::new(self.bodies, progress.state.clone(), self.settings));
                 let after = View {
@@ -482,14 +482,29 @@ impl<'a> Context<'a> {
     }
 
     /// Checks the geometric action's choices against its arguments, and plays its motions.
-    fn project(&self, name: &str, args: &[Value], geometry: &Geometry, progress: &mut Progress<'a, '_>) -> Checked<()> {
-        if let Some(journey) = Journey::new(self.domain, self.bodies, self.settings, name, args, geometry)? {
+    fn project(
+        &self,
+        projection: &ir::Projection,
+        args: &[Value],
+        geometry: &Geometry,
+        progress: &mut Progress<'a, '_>,
+    ) -> Checked<()> {
+        let journey = Journey::new(
+            self.domain,
+            self.bodies,
+            self.settings,
+            &projection.name,
+            args,
+            geometry,
+        )?;
+        if let Some(journey) = journey {
             journey.play(&mut progress.state, progress.verdict)?;
             return self.nothing_in_the_air(geometry, progress);
         }
-        let played = Played::new(self.domain, self.bodies, self.settings, name, args, geometry)?;
-        played.play(&mut progress.state, progress.verdict)?;
+        let played = Played::new(self.domain, self.bodies, self.settings, projection, args, geometry)?;
+        let states = played.play(&mut progress.state, progress.verdict)?;
         self.nothing_in_the_air(geometry, progress)?;
+        played.demands(&states, progress.verdict)?;
         played.in_the_end(&progress.state, progress.verdict)
     }
 

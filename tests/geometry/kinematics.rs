@@ -7,21 +7,21 @@ use sgap::geom::kinematics::batch::{Batch, X8};
 use sgap::geom::kinematics::{Chain, Dof, Drive, Joint, JointKind, Tree};
 use sgap::geom::{Pose, Vec3};
 
-fn numbers(v: &Value) -> Vec<f64> {
+pub fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
-fn pose(v: &Value) -> Pose {
+pub fn pose(v: &Value) -> Pose {
     let n = numbers(v);
     let q = UnitQuaternion::from_quaternion(Quaternion::new(n[6], n[3], n[4], n[5]));
     Pose::from_parts(Translation3::new(n[0], n[1], n[2]), q)
 }
 
-fn text(v: &Value) -> String {
+pub fn text(v: &Value) -> String {
     v.as_str().unwrap().to_string()
 }
 
-fn read_tree(v: &Value) -> Tree {
+pub fn read_tree(v: &Value) -> Tree {
     let joint = |j: &Value| Joint {
         name: text(&j["name"]),
         kind: match j["kind"].as_str().unwrap() {

@@ -431,15 +431,18 @@ const TIMING: timing::Settings = timing::Settings {
 #[test]
 fn one_line_takes_the_time_of_the_book() {
     let mut space = plane(Vec::new(), 0.0);
-    for (far, expected) in [(0.1, 2.0 * (0.1f64 / 4.0).sqrt()), (2.0, 2.0 / 1.5 + 1.5 / 4.0)] {
+    // Speed 1.5, acceleration 4, jerk 40. The double S takes 0.1 s to its full acceleration; the short line never cruises, and its
+    // acceleration turns into braking at once, which the moving average makes slower than it has to be.
+    let short = {
+        let half: f64 = 0.05 + (0.05f64 * 0.05 + 0.1 / 4.0).sqrt();
+        2.0 * half
+    };
+    for (far, book, at_most) in [(0.1, short, 1.25), (2.0, 2.0 / 1.5 + 1.5 / 4.0 + 0.1, 1.01)] {
         let timed = time(&mut space, &vec![vec![0.0, 0.0], vec![far, 0.0]], &TIMING);
         assert_within_limits(&space.dofs, &timed);
-        assert!(
-            timed.duration() >= expected * (1.0 - 1e-9),
-            "{} {expected}",
-            timed.duration()
-        );
-        assert!(timed.duration() < 1.01 * expected, "{} {expected}", timed.duration());
+        // Samples show a little less jerk than there is, so that a motion may be a little faster.
+        assert!(timed.duration() >= 0.99 * book, "{} {book}", timed.duration());
+        assert!(timed.duration() < at_most * book, "{} {book}", timed.duration());
         let longest = timed.times.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
         assert!(longest < 0.0501);
     }

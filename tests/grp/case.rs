@@ -177,6 +177,7 @@ impl Case {
             &Call {
                 name,
                 args: &args,
+                given: &[],
                 constraints: &Formula::TRUE,
             },
         )

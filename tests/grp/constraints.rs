@@ -58,6 +58,7 @@ fn place(case: &Case, grp: &mut Grp<'_>, constraints: &Formula) -> Result<Projec
         &Call {
             name,
             args: &args,
+            given: &[],
             constraints,
         },
     )
@@ -168,6 +169,7 @@ fn a_pick_may_have_constraints_too() {
             &Call {
                 name,
                 args: &args,
+                given: &[],
                 constraints,
             },
         )

@@ -112,7 +112,7 @@ fn a_refusal_says_why() {
         .replace("pr2.urdf", "models/pr2.urdf");
     let fixed = Case::with_model(&fixed, &[TABLE, CUBE]);
     let (text, _) = refusal(&fixed, &["PR2", "CUBE"]);
-    assert!(text.contains("the base of PR2 is fixed"), "{text}");
+    assert!(text.contains("the base of PR2 does not go on the floor"), "{text}");
 }
 
 #[test]

@@ -52,6 +52,7 @@ fn calls_that_make_no_sense() {
     let call = Call {
         name: "pick",
         args: &args,
+        given: &[],
         constraints: &Formula::TRUE,
     };
     let null = case.grp(0).project(&case.domain, &call).unwrap_err();

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
-use sgap::geom::checker::{Body, Checker, Item, LANES, Obstacle, Rig};
+use sgap::geom::checker::{Body, Checker, Item, Obstacle, Rig};
 use sgap::geom::collide::{Solid, touch};
 use sgap::geom::cover::Form;
 use sgap::geom::kinematics::{Dof, Tree};

@@ -383,9 +383,10 @@ pub fn trees() -> Vec<Damage> {
                 let mut again = p.actions[PICK].clone();
                 again.index = 4;
                 let motions = &mut again.geometry.as_mut().unwrap().sub_actions;
-                motions.remove(0);
-                motions[0] = arm("engage", Motion::Straight, &[over, there]);
-                motions[2] = arm("disengage", Motion::Straight, &[there, over]);
+                let aside = [0.25, 0.25, z_above(0.1), 0.3];
+                motions[0] = arm("approach", Motion::Free, &[over, aside, over]);
+                motions[1] = arm("engage", Motion::Straight, &[over, there]);
+                motions[3] = arm("disengage", Motion::Straight, &[there, over]);
                 p.actions.push(again);
                 reckon(p);
             }),

@@ -101,7 +101,12 @@ pub fn domain() -> Domain {
         entities: entities.iter().map(|e| EntityId(*e)).collect(),
     };
     let entity = |name: &str, ty: TypeId| Entity { name: name.into(), ty };
+    // What `pick` and `placeReachable` are, the prelude says.
+    let (prelude, _) = sgap::check::compile(&[], &sgap::check::Given::default());
+    let prelude = prelude.expect("the prelude has no errors");
     let mut domain = Domain {
+        requests: prelude.requests,
+        geometrics: prelude.geometrics,
         types: vec![ty("Agent", &[0, 1]), ty("Object", &[2, 3]), ty("Table", &[4])],
         entities: vec![
             entity("GANTRY", AGENT),
@@ -146,6 +151,7 @@ pub fn domain() -> Domain {
         Some(Projection {
             name: name.into(),
             args: (0..n).map(var).collect(),
+            given: Vec::new(),
         })
     };
     domain.actions = vec![

@@ -222,8 +222,8 @@ pub fn grips() -> Vec<Damage> {
         damage(
             "never taken",
             "handling",
-            (Some(PICK), None),
-            &["takes 1"],
+            pick("grasp"),
+            &["demands that it is taken"],
             right(|p| sub_action(p, PICK, 2).change = None),
         ),
         damage(

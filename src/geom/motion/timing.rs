@@ -155,12 +155,12 @@ fn smoothed(curve: &Curve, profile: &Profile, period: f64, limits: &Limits) -> S
 
 /// A window that uses as much of the limits of jerk is short enough.
 const NEAR_ENOUGH: f64 = 0.95;
-/// A window that is shorter than this changes nothing [s].
-const NO_WINDOW: f64 = 1e-6;
+/// A window that is shorter than this changes nothing [s]: jerk has no limit.
+const NO_WINDOW: f64 = 1e-5;
 
 /// Samples each stretch between two stops evenly, the stops included.
 fn sample(curve: &Curve, profile: &Profile, period: f64, window: f64) -> Samples {
-    let window = window.max(NO_WINDOW);
+    let window = if window > NO_WINDOW { window } else { 0.0 };
     let mut samples = Samples {
         timed: Timed {
             times: vec![0.0],
@@ -172,8 +172,10 @@ fn sample(curve: &Curve, profile: &Profile, period: f64, window: f64) -> Samples
     for stop in curve.stops() {
         let to = profile.time_after(stop.after_piece);
         let mut cursor = 0;
-        let motion = Motion::new(to - from, window, period, |t, q| {
-            curve.position(profile.place_at(from + t, &mut cursor), q);
+        let motion = (window > 0.0).then(|| {
+            Motion::new(to - from, window, period, |t, q| {
+                curve.position(profile.place_at(from + t, &mut cursor), q);
+            })
         });
         let duration = to - from + window;
         let n = (duration / period).ceil().clamp(1.0, MAX_SAMPLES) as usize;
@@ -184,10 +186,10 @@ fn sample(curve: &Curve, profile: &Profile, period: f64, window: f64) -> Samples
             samples.parts.push((s_oldest, s_newest));
             s_oldest = profile.place_at((from + t - window).clamp(from, to), &mut oldest);
             let mut q = Vec::new();
-            if k < n {
-                motion.mean(t, window, &mut q);
-            } else {
-                q.extend_from_slice(&stop.q);
+            match &motion {
+                _ if k == n => q.extend_from_slice(&stop.q),
+                Some(motion) => motion.mean(t, window, &mut q),
+                None => curve.position(s_newest, &mut q),
             }
             samples.timed.times.push(start + t);
             samples.timed.positions.push(q);

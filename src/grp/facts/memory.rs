@@ -1,5 +1,5 @@
 //! What was asked about world states, kept together with what the answers rest on: after something has moved only those answers are
-//! worked out again that could have changed (`docs/decisions/037-what-an-answer-rests-on.md`).
+//! worked out again that could have changed (`docs/decisions/035-what-an-answer-rests-on.md`).
 //!
 //! An answer belongs to the places of the entities it is about, and to:
 //! - nothing else ([`Rest::Entities`]): isNextTo, distance;

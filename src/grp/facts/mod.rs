@@ -8,12 +8,14 @@ mod memory;
 mod reach;
 mod sight;
 mod standing;
+mod why;
 
 pub(super) use layout::States;
 pub(super) use memory::Memory;
 pub(super) use reach::is_reachable;
 pub(super) use sight::is_visible;
 pub(super) use standing::{OVERHANG, is_level, is_on, placed_pose};
+pub(super) use why::why;
 
 use crate::world::State;
 

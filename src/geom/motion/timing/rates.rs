@@ -5,8 +5,9 @@ use crate::geom::kinematics::Dof;
 
 /// A limit that is zero, negative or not a number cannot be kept; it counts as this slow.
 const SLOWEST: f64 = 1e-3;
-/// A limit that is infinite counts as this fast.
+/// A limit that is infinite counts as this fast; a jerk, so that the fastest acceleration comes within a microsecond.
 const FASTEST: f64 = 1e6;
+const FASTEST_JERK: f64 = 1e12;
 
 /// Limits for each entry of a configuration.
 pub struct Limits {
@@ -18,12 +19,14 @@ pub struct Limits {
 impl Limits {
     /// Returns the limits of `n` entries; one without a dof has none.
     pub fn new(dofs: &[Dof], n: usize) -> Limits {
-        let sane = |v: f64| if v > 0.0 { v.clamp(SLOWEST, FASTEST) } else { SLOWEST };
-        let of = |get: fn(&Dof) -> f64| (0..n).map(|i| dofs.get(i).map_or(FASTEST, |d| sane(get(d)))).collect();
+        let of = |get: fn(&Dof) -> f64, fastest: f64| {
+            let sane = |v: f64| if v > 0.0 { v.clamp(SLOWEST, fastest) } else { SLOWEST };
+            (0..n).map(|i| dofs.get(i).map_or(fastest, |d| sane(get(d)))).collect()
+        };
         Limits {
-            speeds: of(|d| d.max_velocity),
-            accelerations: of(|d| d.max_acceleration),
-            jerks: of(|d| d.max_jerk),
+            speeds: of(|d| d.max_velocity, FASTEST),
+            accelerations: of(|d| d.max_acceleration, FASTEST),
+            jerks: of(|d| d.max_jerk, FASTEST_JERK),
         }
     }
 

@@ -8,7 +8,7 @@
 /// Grid points within a window or within a period, whichever is shorter.
 const POINTS: f64 = 8.0;
 /// Of one motion, whatever its duration.
-const MAX_POINTS: f64 = 200_000.0;
+const MAX_POINTS: f64 = 20_000.0;
 
 /// A motion from rest to rest on an even grid of times, straight in between.
 pub struct Motion {
