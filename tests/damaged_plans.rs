@@ -5,12 +5,14 @@
 mod planning;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use planning::Case;
 use sgap::geom::Pose;
+use sgap::ir::geometric::Target;
 use sgap::plan::{AttachmentChange, Plan, SubAction};
 use sgap::validate::Fault;
-use sgap::world::{Object, ObjectState, Part, World};
+use sgap::world::{BaseKind, Object, ObjectState, Part, World};
 
 /// Two of the three objects: four actions show as much as six.
 fn two_objects() -> Case<'static> {
@@ -367,6 +369,33 @@ fn a_plan_that_lies_about_beliefs_is_refused() {
         assert_eq!(fault.code(), *code, "{what}: {fault}");
         assert!(is_at(&fault, *action), "{what}: {fault}");
     }
+}
+
+/// A base that goes sideways, judged as one that can't.
+#[test]
+fn a_way_that_the_drive_can_not_go_is_refused() {
+    let mut planned = planning::plan(&Case::new("domains/book.hatp", "worlds/book_alone.toml"));
+    let plan = planned.plan.clone().expect("S6 has a plan");
+    planned.validate(&plan).expect("the plan as it was found");
+    planned.world.scene.agents[0].base = BaseKind::Differential;
+    let fault = planned.validate(&plan).expect_err("it goes sideways");
+    assert_eq!(fault.code(), "drive", "{fault}");
+}
+
+/// The cube is raised by 5 cm, as the domain wants it; then by another domain's word it should have been 8.
+#[test]
+fn a_motion_that_ends_elsewhere_than_its_description_says_is_refused() {
+    let mut planned = planning::plan(&Case {
+        task: Some("Present(PR2, RED_CUBE, SIDE_TABLE, GREY_BOOK, TABLE, BOB)"),
+        ..Case::new("tests/suite/plan/own_action.hatp", "worlds/three_objects.toml")
+    });
+    let plan = planned.plan.clone().expect("a plan");
+    planned.validate(&plan).expect("the plan as it was found");
+    let show = planned.domain.geometrics.iter_mut().find(|g| g.name == "show");
+    let action = Arc::make_mut(&mut show.expect("the domain declares it").action);
+    action.sub_actions[0].until = Target::Up(0.08);
+    let fault = planned.validate(&plan).expect_err("it ends too low");
+    assert_eq!(fault.code(), "target-missed", "{fault}");
 }
 
 /// What no effect depends on is an order all the same, and the times follow from it.

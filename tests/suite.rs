@@ -372,7 +372,9 @@ fn page(path: &Path) -> Outcome {
 fn domains(path: &Path) -> Outcome {
     let (mut sources, file, text) = read(path)?;
     let (_, mut problems) = syntax::parse(file, &text);
-    if path.file_name().is_some_and(|n| n != "prelude.hatp") {
+    // What others import need not be whole.
+    let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    if name != "prelude.hatp" && !name.ends_with("_common.hatp") {
         // With the files that belong to it.
         let paths = Paths {
             domain: path.to_str().ok_or("a path is text")?,

@@ -93,7 +93,7 @@ const EDGES: &[(&str, &[Edge])] = &[
             ("engine", &["Ending", "FallBackEnd", "Statistics", "Truncated"]),
             ("plan", ALL),
             ("trace", &["Failure", "Group", "Summary", "TaskCounts"]),
-            ("geom", &["Pose", "kinematics", "shape"]),
+            ("geom", &["Pose", "Vec3", "kinematics", "shape"]),
             ("world", ALL),
         ],
     ),

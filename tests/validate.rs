@@ -200,7 +200,9 @@ fn every_code_has_a_damaged_plan() {
         social::costs(),
         surroundings::surroundings(),
     ];
-    let codes: Vec<&str> = groups.iter().flatten().map(|d| d.code).collect();
+    // These two want a way over a floor, and a description: tests/damaged_plans.rs has them.
+    let elsewhere = ["drive", "target-missed"];
+    let codes: Vec<&str> = groups.iter().flatten().map(|d| d.code).chain(elsewhere).collect();
     let missing: Vec<&&str> = Kind::CODES.iter().filter(|c| !codes.contains(c)).collect();
     assert!(missing.is_empty(), "no damaged plan for {missing:?}");
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/validate.md")).unwrap();

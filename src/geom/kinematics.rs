@@ -9,7 +9,7 @@
 pub mod batch;
 mod hinge;
 mod lanes;
-pub(crate) mod trig;
+pub(super) mod trig;
 
 use nalgebra::Matrix6xX;
 

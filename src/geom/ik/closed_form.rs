@@ -48,7 +48,7 @@ const MAX_EXTRA: usize = 2;
 impl ClosedForm {
     /// Looks at a chain's geometry in several configurations, since what is held may lie between the axes, and has the closed form
     /// find some of the chain's own poses again.
-    pub(crate) fn recognise(chain: &Chain) -> Option<ClosedForm> {
+    pub(in super::super) fn recognise(chain: &Chain) -> Option<ClosedForm> {
         let n = chain.dofs().len();
         let turning: Vec<usize> = (0..n).filter(|i| chain.turns_by(*i).is_some()).collect();
         let extra = turning.len().checked_sub(6).filter(|e| *e <= MAX_EXTRA)?;

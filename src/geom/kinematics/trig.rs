@@ -39,7 +39,7 @@ const COS: [f64; 6] = [
 
 /// Returns sine and cosine of `angle` [rad].
 #[inline]
-pub(crate) fn sin_cos(angle: f64) -> (f64, f64) {
+pub(in super::super) fn sin_cos(angle: f64) -> (f64, f64) {
     if angle.abs() <= FAR { near(angle) } else { far(angle) }
 }
 
