@@ -5,7 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark that fails stops here")]
 
 #[path = "../tests/geometry/kinematics.rs"]
-#[expect(dead_code, reason = "the tests of that file are not run here")]
+#[expect(dead_code, unused_imports, reason = "the tests of that file are not run here")]
 mod kinematics;
 
 #[path = "../tests/geometry/collisions.rs"]

@@ -8,10 +8,10 @@
 #![expect(clippy::disallowed_methods, reason = "a benchmark has a clock")]
 
 #[path = "../tests/geometry/closed_form.rs"]
-#[expect(dead_code, reason = "the tests of that file are not run here")]
+#[expect(dead_code, unused_imports, reason = "the tests of that file are not run here")]
 mod closed_form;
 #[path = "../tests/geometry/kinematics.rs"]
-#[expect(dead_code, reason = "the tests of that file are not run here")]
+#[expect(dead_code, unused_imports, reason = "the tests of that file are not run here")]
 mod kinematics;
 
 use std::time::Instant;

@@ -138,7 +138,7 @@ impl<'a, 'b> Played<'a, 'b> {
         let off = placement.x.abs().max(placement.y.abs());
         let is_centred = matches!(self.action.choices[place.point.index()].from, ChoiceSet::Centre(_));
         // A NaN is not in the middle.
-        if is_centred && !(off <= CENTRE) {
+        if is_centred && (off.is_nan() || off > CENTRE) {
             return Err(Kind::Placement {
                 what: "x, y and yaw",
                 distance: off,

@@ -165,7 +165,10 @@ impl<'a, 'b> Journey<'a, 'b> {
         let q = &state.agents[self.agent].q;
         let mut dofs = body.arms.iter().flat_map(|arm| arm.dofs.iter().copied());
         // A NaN is not there.
-        let off = dofs.find(|d| !((q[*d] - posture[*d]).abs() <= POSTURE))?;
+        let off = dofs.find(|d| {
+            let off = (q[*d] - posture[*d]).abs();
+            off.is_nan() || off > POSTURE
+        })?;
         Some((body.tree.dofs[off].name.as_str(), q[off]))
     }
 
@@ -289,7 +292,7 @@ impl<'a, 'b> Journey<'a, 'b> {
         for (i, joint) in ["x", "y", "yaw"].into_iter().enumerate() {
             let found = rows.first().map_or(f64::NAN, |r| r[i]);
             let off = if i == 2 { turn(found, here[2]) } else { found - here[i] };
-            if !(off.abs() <= CONTINUITY) {
+            if off.is_nan() || off.abs() > CONTINUITY {
                 let fault = Kind::ConfigurationJump {
                     joint: joint.to_owned(),
                     expected: here[i],

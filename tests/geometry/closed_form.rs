@@ -300,7 +300,7 @@ fn the_closed_form_and_the_numeric_way_agree_on_what_can_be_reached() {
             // Some of them out of reach.
             let mut v = |far: f64| Vec3::from_fn(|_, _| rng.random_range(-far..far));
             let X_KT = Pose::from_parts(v(0.9).into(), UnitQuaternion::from_scaled_axis(v(2.0)));
-            let exact = form.solve(&chain, &X_KT, &vec![0.0; 6]);
+            let exact = form.solve(&chain, &X_KT, &[0.0; 6]);
             let downhill = goes_downhill(&chain, &X_KT, 15, &mut rng);
             assert!(!downhill || !exact.is_empty(), "{name}: {X_KT:?} can be reached");
             reached += usize::from(!exact.is_empty());

@@ -108,7 +108,7 @@ impl Draw {
         format!("{} = {value}\n", self.key(key))
     }
 
-    fn name<'a>(&mut self, all: &[&'a str]) -> String {
+    fn name(&mut self, all: &[&str]) -> String {
         if self.is_damaged() {
             return self
                 .of(&["", "nobody", "TABEL", "A B", "ünïcode", "base_link"])

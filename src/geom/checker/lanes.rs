@@ -61,6 +61,7 @@ impl<const N: usize> Lanes<N> {
     }
 
     /// Says of which lanes the value is not greater than `v`, as bits; those of NaN are among them.
+    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is no number counts")]
     #[inline(always)]
     pub fn not_above(self, v: f64) -> u32 {
         let mut bits = 0;
@@ -71,6 +72,7 @@ impl<const N: usize> Lanes<N> {
     }
 
     /// Says whether one is not greater than its limit, or is no number.
+    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is no number counts")]
     #[inline(always)]
     pub fn any_not_above(self, limit: Self) -> bool {
         let mut any = false;

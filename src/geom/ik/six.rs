@@ -274,8 +274,8 @@ struct Conic([f64; 6]);
 
 impl Conic {
     fn add(&mut self, w: &Wave, factor: f64) {
-        for i in 0..3 {
-            self.0[i] += factor * w[i];
+        for (term, w) in self.0.iter_mut().zip(w.iter()) {
+            *term += factor * w;
         }
     }
 

@@ -45,6 +45,7 @@ impl PoseX8 {
     }
 
     /// Returns the rotation matrices, row by row: for many points of one frame they are cheaper than quaternions.
+    #[expect(clippy::needless_range_loop, reason = "a lane of each of nine rows")]
     #[inline]
     pub fn rotations(&self) -> [[X8; 3]; 3] {
         let mut m = [[[0.0; 8]; 3]; 3];

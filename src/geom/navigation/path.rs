@@ -142,7 +142,8 @@ pub fn shortened(floor: &mut dyn Floor, ways: &[Way], drive: Drive, mut tries: u
     for _ in 0..2 {
         let mut kept: Vec<Way> = Vec::new();
         let mut kept_costs: Vec<f64> = Vec::new();
-        let mut stretches = vec![0..ways.len()];
+        let whole = 0..ways.len();
+        let mut stretches = vec![whole];
         while let Some(stretch) = stretches.pop() {
             let (Some(first), Some(last)) = (ways.get(stretch.start), ways.get(stretch.end.wrapping_sub(1))) else {
                 continue;

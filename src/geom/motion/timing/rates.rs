@@ -47,6 +47,7 @@ pub struct Use {
 
 impl Use {
     /// Returns the largest quotients of a motion.
+    #[expect(clippy::needless_range_loop, reason = "a column of all rows")]
     pub fn of(timed: &Timed, limits: &Limits) -> Use {
         let (times, rows) = (&timed.times, &timed.positions);
         let mut most = Use::default();
