@@ -1,7 +1,7 @@
 //! Whether configurations of a mechanism are free: of itself and of what stands around it.
 //!
 //! A [`Rig`] is what moves, a [`Checker`] is a rig among obstacles. A check goes from coarse to fine: bit rows say which obstacles are
-//! near to a body ([`sweep`]), balls around the bodies which are not ([`super::cover`]), balls within them which are hit, and the
+//! near to a body (`sweep`), balls around the bodies which are not ([`super::cover`]), balls within them which are hit, and the
 //! exact test (`collide::within`) decides what is left. The answer is always that of the exact test on every pair: covers only say what
 //! it would say, with a micrometre to spare. Eight configurations are checked at a time ([`Checker::are_free`],
 //! [`Checker::all_free`]) in vector instructions, as in Thomason, Kingston, Kavraki, ICRA 2024 (doi:10.1109/ICRA57147.2024.10611190),

@@ -1,6 +1,6 @@
 //! Which chains have a closed form, and what it gives within the limits.
 //!
-//! A chain has one when six of its revolute joints belong to a family of [`six`], from one end or from the other, while all other
+//! A chain has one when six of its revolute joints belong to a family of `six`, from one end or from the other, while all other
 //! joints are held; it is looked for when the chain is made, by the chain's geometry alone. Held joints (the seventh of an arm, a
 //! torso, a sliding or floating base) are free parameters: each value of them gives up to sixteen solutions, and whoever asks
 //! goes through the values. So an arm with spherical shoulder, elbow and spherical wrist, one with offsets at the shoulder (PR2, TIAGo)
