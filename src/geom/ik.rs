@@ -1,7 +1,7 @@
 //! Inverse kinematics within joint limits.
 //!
 //! [`closed_form`] where the chain's geometry allows it: joints beyond six are held at values of the seed, then at others spread
-//! over their limits. Else, and where the closed form finds nothing, `numeric`: downhill from the seed, then from random
+//! over their limits. Else, and where the closed form finds nothing that is accepted, `numeric`: downhill from the seed, then from random
 //! configurations. Near the seed the numeric way goes first: it takes a few steps and stays on the seed's branch.
 //! Does not know obstacles: every solution is offered to the caller's `accept`.
 #![expect(non_snake_case, reason = "frame notation, docs/notation.md")]
