@@ -27,7 +27,7 @@ use super::ground::{Ground, People};
 use super::key::Key;
 use super::motion::{self, NoMotion, Timed};
 use super::requests::{self, Answer, Question};
-use super::solve::{Counts, Room};
+use super::solve::{Counts, Room, count};
 use super::{Gas, Grp, Work};
 use crate::engine::{Call, GasNum};
 use crate::geom::motion::length;
@@ -584,18 +584,7 @@ impl Journey {
     }
 
     fn count(&mut self, sub_action: &str, cause: Cause) {
-        match self
-            .causes
-            .iter_mut()
-            .find(|c| c.sub_action == sub_action && c.cause == cause)
-        {
-            Some(c) => c.count += 1,
-            None => self.causes.push(CauseCount {
-                sub_action: sub_action.to_owned(),
-                cause,
-                count: 1,
-            }),
-        }
+        count(&mut self.causes, sub_action, cause);
     }
 
     /// Returns the choices and motions of a solution, for the plan document.

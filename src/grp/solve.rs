@@ -99,6 +99,21 @@ pub(super) struct Search {
     pub found: u32,
 }
 
+/// Counts what stopped a candidate; `sub_action` is empty for the whole action.
+pub(super) fn count(causes: &mut Vec<CauseCount>, sub_action: &str, cause: Cause) {
+    let known = causes
+        .iter_mut()
+        .find(|c| c.sub_action == sub_action && c.cause == cause);
+    match known {
+        Some(c) => c.count += 1,
+        None => causes.push(CauseCount {
+            sub_action: sub_action.to_owned(),
+            cause,
+            count: 1,
+        }),
+    }
+}
+
 /// What a search may look at.
 #[derive(Debug)]
 pub(super) struct Room<'a> {
@@ -335,18 +350,7 @@ impl Search {
     }
 
     fn count(&mut self, sub_action: &str, cause: Cause) {
-        match self
-            .causes
-            .iter_mut()
-            .find(|c| c.sub_action == sub_action && c.cause == cause)
-        {
-            Some(c) => c.count += 1,
-            None => self.causes.push(CauseCount {
-                sub_action: sub_action.to_owned(),
-                cause,
-                count: 1,
-            }),
-        }
+        count(&mut self.causes, sub_action, cause);
     }
 
     /// Returns why there is no further solution.
